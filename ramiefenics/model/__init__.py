@@ -1,0 +1,1 @@
+"""The discrete model: mesh, kinematics, laws, contact, forms."""

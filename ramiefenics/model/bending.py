@@ -1,0 +1,100 @@
+"""The boundary value problem of a bending test: mesh, solid, contact, forms."""
+
+from __future__ import annotations
+
+import ufl
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+
+from ramiefenics.model.contact import Contact, Cylinder
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.solid import Solid
+from ramiefenics.model.tube import SURFACES, build_tube
+from ramiefenics.specification import BendingTest
+
+SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
+"""From the modelled part to the whole stalk."""
+
+INDENTER, SUPPORT = "indenter", "support"
+
+
+class BendingProblem:
+    """A test's equations, ready to be solved at any position of the indenter.
+
+    Parameters
+    ----------
+    test
+        The specification.
+    comm
+        MPI communicator; construction is collective.
+
+    Attributes
+    ----------
+    tube, solid, contact
+        The parts.
+    residual, jacobian
+        Compiled forms of the weak form and its exact derivative.
+    bcs
+        Symmetry conditions; nothing else holds the stalk.
+    factor
+        From the modelled part to the whole stalk.
+    """
+
+    def __init__(self, test: BendingTest, comm: MPI.Comm) -> None:
+        self.test = test
+        self.factor = SYMMETRY_FACTOR[test.numerics.domain]
+        self.tube = build_tube(test, comm)
+        materials = [layer.material for layer in test.stalk.layers]
+        self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law)
+        radii = test.stalk.radii_mm
+        recipe = test.numerics.mesh
+        elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)
+        self.contact = Contact(
+            self.solid,
+            self._cylinders(),
+            test.fixture.friction,
+            test.numerics.contact,
+            (radii[-1] - radii[-2]) / elements,
+        )
+        self.bcs = [
+            self.solid.symmetry(self.tube.facets.find(SURFACES[name]), axis)
+            for name, axis in (("symmetry_x", 0), ("symmetry_z", 2))
+            if comm.allreduce(len(self.tube.facets.find(SURFACES[name])))
+        ]
+        u = self.solid.displacement
+        v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
+        residual = ufl.derivative(self.solid.energy(), u, v) + self.contact.residual(v)
+        self.residual = compile_form(residual)
+        self.jacobian = compile_form(ufl.derivative(residual, u, du))
+
+    @property
+    def unknowns(self) -> int:
+        """Global number of degrees of freedom."""
+        dofmap = self.solid.space.dofmap
+        return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+    def first_guess(self, travel: float) -> None:
+        """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""
+        self.solid.displacement.x.array[1::3] = -travel / 2.0
+
+    def _cylinders(self) -> tuple[Cylinder, ...]:
+        """Place indenter and supports, each facing the half of the surface that it can reach."""
+        mesh = self.tube.mesh
+        outer = self.tube.facets.find(SURFACES["outer"])
+        middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
+        radius = self.test.stalk.outer_diameter_mm / 2.0
+        fixture = self.test.fixture
+        reach = fixture.span_mm / 4.0
+        y, z = middle[:, 1], middle[:, 2]
+        top = radius + fixture.indenter_radius_mm
+        bottom = -radius - fixture.support_radius_mm
+        cylinders = [
+            Cylinder(
+                INDENTER, top, 0.0, fixture.indenter_radius_mm, outer[(y > 0) & (abs(z) < reach)]
+            )
+        ]
+        for side in (1.0,) if self.test.numerics.domain == "quarter" else (1.0, -1.0):
+            facets = outer[(y < 0) & (side * z > reach)]
+            at = side * fixture.span_mm / 2.0
+            cylinders.append(Cylinder(SUPPORT, bottom, at, fixture.support_radius_mm, facets))
+        return tuple(cylinders)

@@ -1,0 +1,269 @@
+"""Frictional contact of the stalk's surface with rigid cylinders by Nitsche's method.
+
+With x = X + u, a cylinder of axis c and radius R, gap g = |x - c| - R and normal n = grad g
+(from the cylinder into the stalk), nominal traction t = P N and gamma > 0, the pressure is
+``p = [n.t - gamma g]_+``; the weak form is
+
+    int P : grad v dX - int p n.v dS - int (theta / gamma) (n.t - p) n.(A : grad v) N dS = 0
+
+(Chouly, Hild and Renard 2015, for small strain; Mlika, Renard and Chouly 2017, for large). The
+last term vanishes at the solution whatever its test side is: A is taken at the last converged
+step, which keeps the compiled tangent small, and the normal is not varied, which keeps the
+discrete forces in exact balance.
+
+Friction adds ``- mu p s / sqrt(s^2 + s_0^2)``, with s the tangential slip in this step and s_0 a
+small multiple of the indenter's travel in it: Coulomb's law, regularised in the slip per travel.
+The coefficient falls from static to dynamic with the slip per travel of the step before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.model.jit import compile_expression, compile_form
+from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.solid import Solid
+from ramiefenics.specification import ContactMethod, Friction
+
+SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
+"""By element order; finer than the volume's, because the edge of contact cuts facets."""
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A rigid cylinder along X.
+
+    Attributes
+    ----------
+    name
+        For results.
+    y_mm, z_mm
+        Axis at the start.
+    radius_mm
+        Radius.
+    facets
+        Boundary facets that can touch it, local indices.
+    """
+
+    name: str
+    y_mm: float
+    z_mm: float
+    radius_mm: float
+    facets: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class ContactSums:
+    """Sums over one cylinder's contact on the mesh.
+
+    Attributes
+    ----------
+    force_y_N
+        Force on the stalk along Y.
+    friction_work_Nmm
+        Dissipated by friction in the last step.
+    """
+
+    force_y_N: float
+    friction_work_Nmm: float
+
+
+class Contact:
+    """Contact terms of the weak form, and what they tell after a step.
+
+    All cylinders share one integral: axis, radius and motion are cell-wise data, as are the
+    stabilisation and its floor.
+
+    Parameters
+    ----------
+    solid
+        The deforming solid.
+    cylinders
+        What it may touch, each with facets of its own.
+    friction
+        Coulomb coefficients.
+    method
+        Nitsche's parameters.
+    cell_thickness_mm
+        Thickness of the surface cells along the normal.
+    """
+
+    def __init__(
+        self,
+        solid: Solid,
+        cylinders: tuple[Cylinder, ...],
+        friction: Friction,
+        method: ContactMethod,
+        cell_thickness_mm: float,
+    ) -> None:
+        self.solid = solid
+        self.cylinders = cylinders
+        self._friction = friction
+        self._method = method
+        mesh = solid.mesh
+        self._plane = fem.functionspace(mesh, ("DG", 0, (2,)))  # (Y, Z), across the cylinders
+        self._axis = fem.Function(self._plane)
+        self._motion = fem.Function(self._plane)
+        self._last_motion = fem.Function(self._plane)
+        self._radius = fem.Function(solid.cellwise)
+        self.gamma = fem.Function(solid.cellwise, name="stabilisation")
+        self._previous = fem.Function(solid.space)
+        self._before_previous = fem.Function(solid.space)
+        self._travel = fem.Constant(mesh, 1.0)
+        self._last_travel = fem.Constant(mesh, 1.0)
+        self._mark_cells()
+        self._state()
+        # the inverse inequality behind Nitsche's method scales with order^2 / thickness
+        self._gamma_scale = method.stabilisation * solid.order**2 / cell_thickness_mm
+        self._stiffness = self._normal_stiffness()
+        self._floor = np.zeros(0)
+        self._floor = self._evaluate_stiffness()
+        self.update_stabilisation()
+        self._sums = self._compile_sums()
+
+    def _mark_cells(self) -> None:
+        mesh = self.solid.mesh
+        dim = mesh.topology.dim
+        mesh.topology.create_connectivity(dim - 1, dim)
+        cell_of = mesh.topology.connectivity(dim - 1, dim)
+        self._cells = [
+            np.unique(np.array([cell_of.links(f)[0] for f in c.facets], dtype=np.int32))
+            for c in self.cylinders
+        ]
+        self._radius.x.array[:] = 1.0
+        axis = self._axis.x.array.reshape(-1, 2)
+        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
+            axis[cells] = (cylinder.y_mm, cylinder.z_mm)
+            self._radius.x.array[cells] = cylinder.radius_mm
+        facets = np.unique(np.concatenate([c.facets for c in self.cylinders]))
+        tags = dmesh.meshtags(mesh, dim - 1, facets, np.ones(len(facets), dtype=np.int32))
+        degree = SURFACE_QUADRATURE_DEGREE[self.solid.order]
+        self.ds = ufl.Measure(
+            "ds", mesh, subdomain_data=tags, metadata={"quadrature_degree": degree}
+        )(1)
+        self._all_cells = np.unique(np.concatenate(self._cells))
+
+    def _state(self) -> None:
+        """State pressure, slip and traction in UFL."""
+        u = self.solid.displacement
+        mesh = self.solid.mesh
+        x = ufl.SpatialCoordinate(mesh) + u
+        across = ufl.as_vector((0, x[1] - self._axis[0], x[2] - self._axis[1]))
+        distance = ufl.sqrt(ufl.dot(across, across))
+        self._normal = n = across / distance
+        gap = distance - self._radius
+        t = self.solid.stress(u) * ufl.FacetNormal(mesh)
+        self._normal_traction = ufl.dot(n, t)
+        trial = self._normal_traction - self.gamma * gap
+        self.pressure = ufl.conditional(ufl.ge(trial, 0), trial, 0)
+
+        def slip(now: Expr, then: Expr, motion: Expr) -> Expr:
+            moved = now - then - ufl.as_vector((0, motion[0], motion[1]))
+            return moved - ufl.dot(moved, n) * n
+
+        tolerance = self._method.slip_tolerance
+        self._slip = slip(u, self._previous, self._motion)
+        last = slip(self._previous, self._before_previous, self._last_motion)
+        # the addend keeps the root differentiable where nothing has slipped yet
+        last_rate = ufl.sqrt(ufl.dot(last, last) / self._last_travel**2 + 1e-6 * tolerance**2)
+        decay = ufl.exp(-last_rate / tolerance)
+        self._static = fem.Constant(mesh, self._friction.static)
+        self._dynamic = fem.Constant(mesh, self._friction.dynamic)
+        coefficient = self._dynamic + (self._static - self._dynamic) * decay
+        self._slip_limit = tolerance * self._travel
+        size = ufl.sqrt(ufl.dot(self._slip, self._slip) + self._slip_limit**2)
+        self.friction = -coefficient * self.pressure * self._slip / size
+        self.traction = self.pressure * n + self.friction
+
+    def states(self) -> tuple[Expr, Expr]:
+        """Return UFL indicators, 0 or 1, of touching and of slipping beyond the tolerance."""
+        moved = ufl.dot(self._slip, self._slip)
+        touching = ufl.conditional(ufl.gt(self.pressure, 0), 1.0, 0.0)
+        slipping = ufl.conditional(ufl.gt(moved, self._slip_limit**2), touching, 0.0)
+        return touching, slipping
+
+    def residual(self, v: Expr) -> Expr:
+        """Contact's part of the residual, a UFL form linear in the test function."""
+        form = -ufl.dot(self.traction, v) * self.ds
+        if self._method.theta:
+            stress = self.solid.stress(self._previous)
+            change = ufl.derivative(stress, self._previous, v) * ufl.FacetNormal(self.solid.mesh)
+            misfit = (self._normal_traction - self.pressure) / self.gamma
+            form -= self._method.theta * misfit * ufl.dot(self._normal, change) * self.ds
+        return form
+
+    def _normal_stiffness(self) -> fem.Expression:
+        """Second derivative of the energy along n (x) N, at the middle of every cell."""
+        mesh = self.solid.mesh
+        X = ufl.SpatialCoordinate(mesh)
+        N = ufl.as_vector((X[0], X[1], 0)) / ufl.sqrt(X[0] ** 2 + X[1] ** 2)
+        F = self.solid.gradient(self.solid.displacement)
+        n = ufl.inv(F).T * N
+        n = n / ufl.sqrt(ufl.dot(n, n))
+        amount = ufl.variable(fem.Constant(mesh, 0.0))
+        energy = self.solid.energy_density(F + amount * ufl.outer(n, N))
+        second = ufl.diff(ufl.diff(energy, amount), amount)
+        points = np.full((1, mesh.topology.dim), 0.5)
+        return compile_expression(second, points)
+
+    def _evaluate_stiffness(self) -> NDArray[np.float64]:
+        values = self._stiffness.eval(self.solid.mesh, self._all_cells)
+        return np.asarray(values, dtype=np.float64).reshape(-1)
+
+    def update_stabilisation(self) -> None:
+        """Let gamma follow the current normal stiffness, not below the one at rest."""
+        stiffness = np.maximum(self._evaluate_stiffness(), self._floor)
+        self.gamma.x.array[:] = 1.0
+        self.gamma.x.array[self._all_cells] = self._gamma_scale * stiffness
+        self.gamma.x.scatter_forward()
+
+    def place(self, name: str, dy: float, travel: float) -> None:
+        """Set a cylinder's position for the step to come.
+
+        Parameters
+        ----------
+        name
+            The cylinder that moves.
+        dy
+            Its displacement from the last converged position along Y, mm.
+        travel
+            The indenter's travel in this step, mm, the measure of slip.
+        """
+        self._travel.value = travel
+        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
+            if cylinder.name == name:
+                axis = self._axis.x.array.reshape(-1, 2)
+                motion = self._motion.x.array.reshape(-1, 2)
+                axis[cells, 0] += dy - motion[cells, 0]
+                motion[cells, 0] = dy
+
+    def advance(self) -> None:
+        """Make the current state the last converged one."""
+        self._before_previous.x.array[:] = self._previous.x.array
+        self._previous.x.array[:] = self.solid.displacement.x.array
+        self._last_motion.x.array[:] = self._motion.x.array
+        self._motion.x.array[:] = 0.0
+        self._last_travel.value = float(self._travel.value)
+
+    def _compile_sums(self) -> fem.Form:
+        space = fem.functionspace(self.solid.mesh, ("DG", 0, (2,)))
+        w = ufl.TestFunction(space)
+        work = -ufl.dot(self.friction, self._slip)
+        return compile_form((self.traction[1] * w[0] + work * w[1]) * self.ds)
+
+    def sums(self) -> dict[str, ContactSums]:
+        """Force and friction work per cylinder, by name; cylinders of one name add up."""
+        values = fem.assemble_vector(self._sums).array.reshape(-1, 2)
+        comm = self.solid.mesh.comm
+        totals: dict[str, NDArray[np.float64]] = {}
+        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
+            total = np.asarray(comm.allreduce(values[cells].sum(axis=0), op=MPI.SUM))
+            totals[cylinder.name] = totals.get(cylinder.name, 0.0) + total
+        return {name: ContactSums(*map(float, total)) for name, total in totals.items()}

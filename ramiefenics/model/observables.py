@@ -1,0 +1,135 @@
+"""What is read off a converged step: forces, widths, section, energies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.model.bending import INDENTER, SUPPORT, BendingProblem
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.surface import NO_CONTACT, SurfaceFields
+from ramiefenics.model.tube import SURFACES
+
+
+@dataclass(frozen=True)
+class Observables:
+    """Scalars of one converged step, for the whole stalk.
+
+    Attributes
+    ----------
+    force_N, support_force_N
+        Pressed by the indenter, borne by both supports.
+    indenter_contact_length_mm, indenter_contact_width_mm
+        Extent of the touching vertices along Z and along X.
+    support_contact_length_mm, support_contact_width_mm
+        The same on one support.
+    section_height_mm, section_width_mm
+        Extent of the midspan section along Y and X.
+    void_height_mm
+        Height left of the pith void at midspan; NaN for a solid core.
+    stored_energy_Nmm, friction_work_Nmm
+        Elastic energy; friction work of this step.
+    """
+
+    force_N: float
+    support_force_N: float
+    indenter_contact_length_mm: float
+    indenter_contact_width_mm: float
+    support_contact_length_mm: float
+    support_contact_width_mm: float
+    section_height_mm: float
+    section_width_mm: float
+    void_height_mm: float
+    stored_energy_Nmm: float
+    friction_work_Nmm: float
+
+
+class Observer:
+    """Measures a `BendingProblem`; collective.
+
+    Parameters
+    ----------
+    problem
+        What to measure, after each converged step and before the contact advances.
+    """
+
+    def __init__(self, problem: BendingProblem) -> None:
+        self.problem = problem
+        self.surface = SurfaceFields(problem.contact)
+        self._energy = compile_form(problem.solid.energy())
+        mesh = problem.tube.mesh
+        self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
+        self._at = self._vertices.tabulate_dof_coordinates()
+        self._moved = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
+        self._section = self._on_section("outer")
+        self._bore = self._on_section("inner")
+        self._has_void = problem.test.stalk.void_diameter_mm > 0.0
+
+    def _on_section(self, name: str) -> NDArray[np.int32]:
+        """Vertices of a surface in the plane Z = 0."""
+        facets = self.problem.tube.facets.find(SURFACES[name])
+        dim = self.problem.tube.mesh.topology.dim
+        dofs = fem.locate_dofs_topological(self._vertices, dim - 1, facets)
+        tolerance = 1e-6 * self.problem.test.stalk.length_mm
+        return dofs[np.abs(self._at[dofs, 2]) < tolerance]
+
+    def vertex_displacement(self) -> NDArray[np.float64]:
+        """Displacement at the vertices, mm, shape (vertices, 3), ghosts included."""
+        self._moved.interpolate(self.problem.solid.displacement)
+        return self._moved.x.array.reshape(-1, 3)
+
+    def observe(self) -> Observables:
+        """Measure the current state."""
+        problem, comm = self.problem, self.problem.tube.mesh.comm
+        sums = problem.contact.sums()
+        _, state = self.surface.evaluate()
+        position = self._at + self.vertex_displacement()
+        touching = position[state != NO_CONTACT]
+        middle = np.abs(touching[:, 2]) < problem.test.fixture.span_mm / 4.0
+        indenter = self._extent(touching[middle])
+        support = self._extent(touching[~middle & (touching[:, 2] > 0.0)])
+        section = self._extent(position[self._section])
+        stored = comm.allreduce(fem.assemble_scalar(self._energy), op=MPI.SUM) * problem.factor
+        work = sum(s.friction_work_Nmm for s in sums.values()) * problem.factor
+        mirrored_x = 1.0 if problem.test.numerics.domain == "full" else 2.0
+        mirrored_z = 2.0 if problem.test.numerics.domain == "quarter" else 1.0
+        return Observables(
+            force_N=-sums[INDENTER].force_y_N * problem.factor,
+            support_force_N=sums[SUPPORT].force_y_N * problem.factor,
+            indenter_contact_length_mm=mirrored_z * indenter[2],
+            indenter_contact_width_mm=mirrored_x * indenter[0],
+            support_contact_length_mm=support[2],
+            support_contact_width_mm=mirrored_x * support[0],
+            section_height_mm=section[1],
+            section_width_mm=mirrored_x * section[0],
+            void_height_mm=self._void_height(position) if self._has_void else float("nan"),
+            stored_energy_Nmm=float(stored),
+            friction_work_Nmm=float(work),
+        )
+
+    def _extent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Size of the box around points of all ranks, shape (3,); zeros without any."""
+        comm = self.problem.tube.mesh.comm
+        low = points.min(axis=0) if len(points) else np.full(3, np.inf)
+        high = points.max(axis=0) if len(points) else np.full(3, -np.inf)
+        comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+        comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
+        return high - low if np.all(np.isfinite(low)) else np.zeros(3)
+
+    def _void_height(self, position: NDArray[np.float64]) -> float:
+        """Distance of the lowest roof point from the highest floor point of the void."""
+        comm = self.problem.tube.mesh.comm
+        roof = self._bore[(self._at[self._bore, 1] > 0) & self._in_middle()]
+        floor = self._bore[(self._at[self._bore, 1] < 0) & self._in_middle()]
+        top = comm.allreduce(position[roof, 1].min(initial=np.inf), op=MPI.MIN)
+        bottom = comm.allreduce(position[floor, 1].max(initial=-np.inf), op=MPI.MAX)
+        return float(top - bottom)
+
+    def _in_middle(self) -> NDArray[np.bool_]:
+        """Mark the bore's vertices near X = 0, where roof and floor would meet first."""
+        x = np.abs(self._at[self._bore, 0])
+        return x < 0.3 * self.problem.test.stalk.void_diameter_mm / 2.0

@@ -1,0 +1,132 @@
+"""Cross-section of the stalk as transfinite quadrilateral blocks in Gmsh."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import gmsh
+
+from ramiefenics.specification import MeshRecipe, Stalk
+
+CORE_ON_AXIS, CORE_DIAGONAL = 0.5, 0.55
+"""Corners of a solid core's inner block, relative to the radius of the innermost layer."""
+
+
+@dataclass(frozen=True)
+class _Ring:
+    """A closed or half line of nodes around the axis.
+
+    `radii` alternate (on an axis, on a diagonal) for the straight-edged ring around the block
+    that fills a solid core; one radius and circular arcs otherwise.
+    """
+
+    on_axis: float
+    diagonal: float
+    straight: bool
+
+
+def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[int, list[int]]:
+    """Add the section's blocks to the current Gmsh model.
+
+    Parameters
+    ----------
+    stalk
+        Gives the radii.
+    recipe
+        Gives the numbers of elements.
+    z
+        Plane of the section, mm.
+    full
+        The whole section, or the half X >= 0.
+
+    Returns
+    -------
+    dict
+        Surfaces of each layer, by its index from the inside.
+    """
+    geo = gmsh.model.geo
+    solid = stalk.void_diameter_mm == 0.0
+    step = 45 if solid else 90
+    start, stop = (-180, 180) if full else (-90, 90)
+    angles = list(range(start, stop + 1, step))
+    per_arc = math.ceil(recipe.angular_elements * step / 180)
+    rings, layers, counts = _rings(stalk, recipe)
+
+    centre = geo.addPoint(0.0, 0.0, z)
+    points = [[_point(ring, angle, z) for angle in angles] for ring in rings]
+    if full:  # the last angle is the first one again
+        for row in points:
+            row[-1] = row[0]
+    arcs: list[list[int]] = []
+    for ring, row in zip(rings, points, strict=True):
+        arcs.append([])
+        for first, second in zip(row[:-1], row[1:], strict=True):
+            line = (
+                geo.addLine(first, second)
+                if ring.straight
+                else geo.addCircleArc(first, centre, second)
+            )
+            geo.mesh.setTransfiniteCurve(line, per_arc + 1)
+            arcs[-1].append(line)
+
+    surfaces: dict[int, list[int]] = {index: [] for index in range(len(stalk.layers))}
+    for i, (layer, count) in enumerate(zip(layers, counts, strict=True)):
+        spokes = [
+            geo.addLine(inner, outer)
+            for inner, outer in zip(points[i], points[i + 1], strict=True)
+        ]
+        if full:
+            geo.remove([(1, spokes[-1])])
+            spokes[-1] = spokes[0]
+        for spoke in set(spokes):
+            geo.mesh.setTransfiniteCurve(spoke, count + 1)
+        for j in range(len(angles) - 1):
+            loop = [arcs[i][j], spokes[j + 1], -arcs[i + 1][j], -spokes[j]]
+            surfaces[layer].append(_block(loop))
+    if solid:
+        surfaces[0] += _core(points[0], arcs[0], centre, angles, per_arc, full)
+    return surfaces
+
+
+def _rings(stalk: Stalk, recipe: MeshRecipe) -> tuple[list[_Ring], list[int], list[int]]:
+    """Return the rings, and for each gap between two its layer and number of elements."""
+    radii = list(stalk.radii_mm)
+    rings = [_Ring(radius, radius, False) for radius in radii]
+    if stalk.void_diameter_mm == 0.0:
+        rings[0] = _Ring(CORE_ON_AXIS * radii[1], CORE_DIAGONAL * radii[1], True)
+    layers = list(range(len(stalk.layers)))
+    inner = [rings[i + 1].on_axis - rings[i].on_axis for i in layers[:-1]]
+    counts = [max(1, round(recipe.wall_elements * t / sum(inner))) for t in inner]
+    single = recipe.wall_elements + recipe.rind_elements  # one layer is wall and rind at once
+    return rings, layers, [*counts, recipe.rind_elements if inner else single]
+
+
+def _point(ring: _Ring, angle: int, z: float) -> int:
+    radius = ring.diagonal if angle % 90 else ring.on_axis
+    x, y = radius * math.cos(math.radians(angle)), radius * math.sin(math.radians(angle))
+    return int(gmsh.model.geo.addPoint(0.0 if angle % 180 == 90 else x, y, z))
+
+
+def _block(loop: list[int]) -> int:
+    geo = gmsh.model.geo
+    surface = geo.addPlaneSurface([geo.addCurveLoop(loop)])
+    geo.mesh.setTransfiniteSurface(surface)
+    geo.mesh.setRecombine(2, surface)
+    return int(surface)
+
+
+def _core(
+    ring: list[int], edges: list[int], centre: int, angles: list[int], per_arc: int, full: bool
+) -> list[int]:
+    """Fill the innermost ring with one four-sided block per quadrant."""
+    geo = gmsh.model.geo
+    on_axis = [i for i, angle in enumerate(angles) if angle % 90 == 0]
+    spokes = {i: geo.addLine(centre, ring[i]) for i in (on_axis[:-1] if full else on_axis)}
+    if full:
+        spokes[on_axis[-1]] = spokes[on_axis[0]]
+    for spoke in set(spokes.values()):
+        geo.mesh.setTransfiniteCurve(spoke, per_arc + 1)
+    return [
+        _block([spokes[i], edges[i], edges[i + 1], -spokes[i + 2]]) for i in on_axis[:-1]
+    ]

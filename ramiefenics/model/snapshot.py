@@ -1,0 +1,127 @@
+"""Full fields of one converged step, gathered on the first rank."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem, plot
+from numpy.typing import NDArray
+
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.surface import SurfaceFields
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A displaced mesh with its fields, as VTK wants it.
+
+    Attributes
+    ----------
+    travel_mm
+        Travel of the indenter.
+    points
+        Undeformed nodes, mm, shape (n, 3).
+    cells
+        Nodes of every cell in VTK's order, shape (m, 8 or 27).
+    cell_type
+        VTK's number.
+    point_data
+        ``displacement`` (mm, shape (n, 3)), ``contact_pressure`` (MPa), ``contact_state``
+        (0 none, 1 stick, 2 slip).
+    cell_data
+        ``layer`` (1 for the innermost), ``von_mises`` and ``axial_stress`` (Cauchy, MPa; the
+        latter along the deformed fibres), ``axial_stretch``, ``volume_ratio``; at the cells'
+        middles.
+    """
+
+    travel_mm: float
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    cell_type: int
+    point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+
+
+class Camera:
+    """Takes snapshots of a problem; collective.
+
+    Parameters
+    ----------
+    problem
+        What to look at.
+    surface
+        Its contact fields.
+    """
+
+    CELL_FIELDS = ("von_mises", "axial_stress", "axial_stretch", "volume_ratio")
+
+    def __init__(self, problem: BendingProblem, surface: SurfaceFields) -> None:
+        self._problem, self._surface = problem, surface
+        solid = problem.solid
+        self._scalar = fem.functionspace(solid.mesh, ("Lagrange", solid.order))
+        self._vertex = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", 1)))
+        self._nodal = fem.Function(self._scalar)
+        cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
+        self._cells = np.arange(cells.size_local, dtype=np.int32)
+        self._layer = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
+        self._layer[problem.tube.cells.indices] = problem.tube.cells.values
+        self._expression = self._cell_expression()
+
+    def _cell_expression(self) -> fem.Expression:
+        solid = self._problem.solid
+        F = solid.gradient(solid.displacement)
+        sigma = solid.cauchy()
+        deviator = ufl.dev(sigma)
+        along = F[:, 2]
+        stretch = ufl.sqrt(ufl.dot(along, along))
+        fields = ufl.as_vector(
+            (
+                ufl.sqrt(1.5 * ufl.inner(deviator, deviator)),
+                ufl.dot(along, sigma * along) / stretch**2,
+                stretch,
+                ufl.det(F),
+            )
+        )
+        return compile_expression(fields, np.full((1, solid.mesh.topology.dim), 0.5))
+
+    def take(self, travel_mm: float) -> Snapshot | None:
+        """Return the snapshot on rank 0, None elsewhere."""
+        solid = self._problem.solid
+        comm = solid.mesh.comm
+        connectivity, types, points = plot.vtk_mesh(self._scalar)
+        nodes = int(connectivity[0])
+        values = self._expression.eval(solid.mesh, self._cells).reshape(len(self._cells), -1)
+        pressure, state = self._surface.evaluate()
+        local = {
+            "points": points,
+            "cells": connectivity.reshape(-1, nodes + 1)[:, 1:].astype(np.int64),
+            "displacement": solid.displacement.x.array.reshape(-1, 3).copy(),
+            "contact_pressure": self._to_nodes(pressure),
+            "contact_state": np.rint(self._to_nodes(state.astype(float))).astype(np.int8),
+            "layer": self._layer[self._cells],
+            **dict(zip(self.CELL_FIELDS, values.T, strict=True)),
+        }
+        parts = comm.gather(local, root=0)
+        if parts is None:
+            return None
+        offsets = np.cumsum([0, *(len(part["points"]) for part in parts[:-1])])
+        for part, offset in zip(parts, offsets, strict=True):
+            part["cells"] = part["cells"] + offset
+        whole = {name: np.concatenate([part[name] for part in parts]) for name in local}
+        return Snapshot(
+            travel_mm,
+            whole["points"],
+            whole["cells"],
+            int(types[0]),
+            {n: whole[n] for n in ("displacement", "contact_pressure", "contact_state")},
+            {n: whole[n] for n in ("layer", *self.CELL_FIELDS)},
+        )
+
+    def _to_nodes(self, at_vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+        self._vertex.x.array[:] = at_vertices
+        self._nodal.interpolate(self._vertex)
+        return self._nodal.x.array.copy()

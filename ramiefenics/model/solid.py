@@ -1,0 +1,104 @@
+"""A layered hyperelastic solid on a mesh: displacement, energy, stress."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
+from ramiefenics.model.laws import LAWS
+from ramiefenics.model.laws.base import Expr
+from ramiefenics.specification import Material
+
+QUADRATURE_DEGREE = {1: 2, 2: 4}
+"""Volume quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points, full integration."""
+
+
+class Solid:
+    """Displacement field and stored energy of a layered solid.
+
+    The layers' parameters are cell-wise data to the forms, so that one compiled form serves
+    any number of layers and any constants.
+
+    Parameters
+    ----------
+    mesh
+        Hexahedra; the displacement has the order of the geometry.
+    cells
+        Layer of every cell, 1 for the first material.
+    materials
+        One per layer.
+    law
+        Name of the hyperelastic law.
+
+    Attributes
+    ----------
+    space
+        Vector Lagrange space of the displacement, mm.
+    displacement
+        The unknown.
+    """
+
+    def __init__(
+        self,
+        mesh: dmesh.Mesh,
+        cells: dmesh.MeshTags,
+        materials: Sequence[Material],
+        law: str,
+    ) -> None:
+        self.mesh = mesh
+        self.law = LAWS[law]
+        self.order: int = mesh.geometry.cmap.degree
+        self.space = fem.functionspace(mesh, ("Lagrange", self.order, (mesh.geometry.dim,)))
+        self.cellwise = fem.functionspace(mesh, ("DG", 0))
+        self.displacement = fem.Function(self.space, name="displacement")
+        self._parameters = self._layer_parameters(cells, materials)
+        self.dx = ufl.Measure(
+            "dx", mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE[self.order]}
+        )
+
+    def _layer_parameters(
+        self, cells: dmesh.MeshTags, materials: Sequence[Material]
+    ) -> dict[str, fem.Function]:
+        layers = [self.law.parameters(material) for material in materials]
+        functions = {name: fem.Function(self.cellwise, name=name) for name in layers[0]}
+        for tag, layer in enumerate(layers, start=1):
+            found = cells.find(tag)
+            for name, function in functions.items():
+                function.x.array[found] = layer[name]
+        for function in functions.values():
+            function.x.scatter_forward()
+        return functions
+
+    def gradient(self, displacement: Expr) -> Expr:
+        """Deformation gradient of a displacement, UFL shape (3, 3)."""
+        return ufl.Identity(3) + ufl.grad(displacement)
+
+    def energy_density(self, F: Expr) -> Expr:
+        """Stored energy per undeformed volume, N/mm2."""
+        return self.law.energy(F, self._parameters)
+
+    def stress(self, displacement: Expr) -> Expr:
+        """First Piola-Kirchhoff stress, MPa, UFL shape (3, 3)."""
+        F = ufl.variable(self.gradient(displacement))
+        return ufl.diff(self.energy_density(F), F)
+
+    def energy(self) -> Expr:
+        """Stored energy of the mesh, a UFL functional, N mm."""
+        return self.energy_density(self.gradient(self.displacement)) * self.dx
+
+    def cauchy(self) -> Expr:
+        """Cauchy stress, MPa, UFL shape (3, 3)."""
+        F = self.gradient(self.displacement)
+        return self.stress(self.displacement) * F.T / ufl.det(F)
+
+    def symmetry(self, facets: Any, axis: int) -> fem.DirichletBC:
+        """Hold one displacement component at zero on facets."""
+        dofs = fem.locate_dofs_topological(
+            self.space.sub(axis), self.mesh.topology.dim - 1, facets
+        )
+        return fem.dirichletbc(np.array(0.0), dofs, self.space.sub(axis))

@@ -1,0 +1,131 @@
+"""The layered tube as a distributed mesh of hexahedra with named parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.model.compat import mesh_from_gmsh
+from ramiefenics.model.grading import axial_positions
+from ramiefenics.model.section import add_section
+from ramiefenics.specification import BendingTest
+
+SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
+"""Physical tags of the surfaces; layers are 1, 2, ... from the inside out."""
+
+
+@dataclass(frozen=True)
+class TubeMesh:
+    """A mesh with its parts.
+
+    Attributes
+    ----------
+    mesh
+        Hexahedra of order 1 or 2.
+    cells
+        Layer of every cell, 1 for the innermost.
+    facets
+        Tags of `SURFACES` on the boundary.
+    """
+
+    mesh: dmesh.Mesh
+    cells: dmesh.MeshTags
+    facets: dmesh.MeshTags
+
+
+def build_tube(test: BendingTest, comm: MPI.Comm) -> TubeMesh:
+    """Mesh a test's stalk and distribute it over `comm`; collective, no file is written."""
+    with _gmsh_session():
+        if comm.rank == 0:
+            _add_tube(test)
+        mesh, cells, facets = mesh_from_gmsh(gmsh.model, comm)
+    return TubeMesh(mesh, cells, facets)
+
+
+def write_tube(test: BendingTest, path: str | Path) -> None:
+    """Mesh a test's stalk and write it as a Gmsh file, physical names included."""
+    with _gmsh_session():
+        _add_tube(test)
+        gmsh.write(str(path))
+
+
+@contextmanager
+def _gmsh_session() -> Iterator[None]:
+    """Use a Gmsh model of our own, leaving alone a session that the caller may have open."""
+    ours = not gmsh.isInitialized()
+    if ours:
+        gmsh.initialize(interruptible=False)
+    verbose = gmsh.option.getNumber("General.Terminal")
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("ramiefenics")
+    try:
+        yield
+    finally:
+        gmsh.model.remove()
+        gmsh.option.setNumber("General.Terminal", verbose)
+        if ours:
+            gmsh.finalize()
+
+
+def _add_tube(test: BendingTest) -> None:
+    z = axial_positions(test)
+    numerics = test.numerics
+    section = add_section(
+        test.stalk, numerics.mesh, float(z[0]), full=numerics.domain == "full"
+    )
+    volumes = _extrude(section, z)
+    gmsh.model.geo.synchronize()
+    for index, layer in enumerate(test.stalk.layers):
+        gmsh.model.addPhysicalGroup(3, volumes[index], index + 1, layer.name)
+    for name, surfaces in _classify(volumes, test).items():
+        if surfaces:
+            gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(numerics.mesh.order)
+
+
+def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int, list[int]]:
+    length = float(z[-1] - z[0])
+    heights = ((z[1:] - z[0]) / length).tolist()
+    volumes: dict[int, list[int]] = {}
+    for index, surfaces in section.items():
+        made = gmsh.model.geo.extrude(
+            [(2, surface) for surface in surfaces],
+            0.0,
+            0.0,
+            length,
+            numElements=[1] * len(heights),
+            heights=heights,
+            recombine=True,
+        )
+        volumes[index] = [tag for dimension, tag in made if dimension == 3]
+    return volumes
+
+
+def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, list[int]]:
+    """Sort the boundary surfaces by where they lie; the geometry decides, not an order."""
+    quarter = test.numerics.domain == "quarter"
+    outer = test.stalk.outer_diameter_mm / 2.0
+    tolerance = 1e-3 * outer
+    parts: dict[str, list[int]] = {name: [] for name in SURFACES}
+    solids = [(3, tag) for tags in volumes.values() for tag in tags]
+    for _, tag in gmsh.model.getBoundary(solids, combined=True, oriented=False):
+        x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
+        if z1 - z0 < tolerance:
+            name = "symmetry_z" if quarter and abs(z0) < tolerance else "ends"
+        elif max(abs(x0), abs(x1)) < tolerance:
+            name = "symmetry_x"
+        else:
+            # an arc that ends on an axis, or on a diagonal of a solid core's blocks
+            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))
+            name = "outer" if abs(radius - outer) < 0.05 * outer else "inner"
+        parts[name].append(tag)
+    return parts

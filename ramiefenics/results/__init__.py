@@ -1,0 +1,1 @@
+"""What a result becomes on disk: tables, manifest, fields, pictures."""

@@ -1,0 +1,115 @@
+"""The force-displacement curve and the midspan section, drawn with Matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pyvista as pv
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.results.fields import to_grid
+from ramiefenics.solve.result import BendingResult
+
+STYLE = {
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "savefig.dpi": 200,
+}
+BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
+"""From Okabe and Ito's palette, distinct to colour-blind eyes."""
+
+STRESS_COLOURS = "RdBu_r"
+
+
+def draw_curve(result: BendingResult, path: Path) -> None:
+    """Draw force against travel, with the maximum marked where there is one."""
+    curve = result.curve
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(5.5, 4.0), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(curve["displacement_mm"], curve["force_N"], "o-", color=BLUE, ms=3.5, lw=1.5)
+        if result.has_force_maximum:
+            at, force = result.displacement_at_max_mm, result.max_force_N
+            axes.plot(at, force, "o", ms=9, mfc="none", mec=VERMILION, mew=1.5)
+            axes.annotate(
+                f"maximum {force:.1f} N at {at:.1f} mm",
+                (at, force),
+                xytext=(0.97, 0.08),
+                textcoords="axes fraction",
+                ha="right",
+                color=VERMILION,
+            )
+        if not result.completed:
+            axes.set_title(result.failure, fontsize=8, color=VERMILION, loc="left", wrap=True)
+        axes.set_xlabel("Indenter displacement (mm)")
+        axes.set_ylabel("Force (N)")
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        figure.savefig(path)
+
+
+def draw_section(result: BendingResult, path: Path) -> None:
+    """Draw the midspan section of the last snapshot over the undeformed one."""
+    snapshot = result.snapshots[-1]
+    faces, moved, stress = _midspan_faces(snapshot, mirror=result.test.numerics.domain != "full")
+    limit = float(np.abs(stress).max())
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.2, 4.4), layout="constrained")
+        axes = figure.subplots()
+        axes.add_collection(
+            PolyCollection(faces, facecolors="none", edgecolors=GREY, linewidths=0.4, alpha=0.7)
+        )
+        deformed = PolyCollection(moved, array=stress, cmap=STRESS_COLOURS, lw=0.3, ec="k")
+        deformed.set_clim(-limit, limit)
+        axes.add_collection(deformed)
+        radius = result.test.stalk.outer_diameter_mm / 2.0
+        axes.axhline(radius - snapshot.travel_mm, color=VERMILION, lw=1.5)
+        axes.annotate(
+            "indenter",
+            (1.45 * radius, radius - snapshot.travel_mm),
+            xytext=(0, 3),
+            textcoords="offset points",
+            color=VERMILION,
+            ha="right",
+        )
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.set_xlim(-1.5 * radius, 1.5 * radius)
+        axes.set_xlabel("X (mm)")
+        axes.set_ylabel("Y (mm)")
+        axes.set_title(
+            f"Midspan section at {snapshot.travel_mm:.1f} mm of travel (grey: undeformed)",
+            fontsize=10,
+            loc="left",
+        )
+        figure.colorbar(deformed, ax=axes, label="Axial stress (MPa)", shrink=0.8)
+        figure.savefig(path)
+
+
+def _midspan_faces(
+    snapshot: Snapshot, mirror: bool
+) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+    """Return the polygons of the plane Z = 0, undeformed and deformed, and axial stress."""
+    grid = to_grid(snapshot)
+    positive = grid.extract_cells(grid.cell_centers().points[:, 2] > 0.0)
+    surface: pv.PolyData = positive.extract_surface(algorithm="dataset_surface")
+    flat = np.abs(surface.points[:, 2]) < 1e-6
+    at = surface.points[:, :2]
+    now = at + surface.point_data["displacement"][:, :2]
+    stress = surface.cell_data["axial_stress"]
+    faces, moved, values = [], [], []
+    for index, face in enumerate(surface.irregular_faces):
+        if not flat[face].all():
+            continue
+        for sign in (1.0, -1.0) if mirror else (1.0,):
+            faces.append(at[face] * (sign, 1.0))
+            moved.append(now[face] * (sign, 1.0))
+            values.append(stress[index])
+    return faces, moved, np.array(values)

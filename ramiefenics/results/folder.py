@@ -1,0 +1,53 @@
+"""A run's folder: everything is written beside it first, then moved in."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+from ramiefenics.results.fields import write_fields
+from ramiefenics.results.figures import draw_curve, draw_section
+from ramiefenics.results.manifest import summarise
+from ramiefenics.results.pictures import draw_deformed
+from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification import write_test
+
+
+def write_folder(result: BendingResult, folder: str | Path) -> Path:
+    """Write curve, summary, specification, fields and pictures of a run.
+
+    Files of an earlier run in that folder are replaced; nothing appears half-written.
+
+    Parameters
+    ----------
+    result
+        The run, from rank 0.
+    folder
+        Where to; made if it does not exist.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
+        draft = Path(name)
+        result.curve.to_csv(draft / "curve.csv", index=False, float_format="%.8g")
+        summary = json.dumps(summarise(result), indent=2)
+        (draft / "summary.json").write_text(summary + "\n", encoding="utf-8")
+        write_test(result.test, draft / "specification.toml")
+        draw_curve(result, draft / "curve.png")
+        if result.snapshots:
+            write_fields(result.snapshots, draft / "fields")
+            draw_section(result, draft / "section.png")
+            draw_deformed(result, draft / "deformed.png")
+        for made in sorted(draft.iterdir()):
+            place = folder / made.name
+            if place.is_dir():
+                shutil.rmtree(place)
+            made.replace(place)
+    return folder

@@ -1,0 +1,56 @@
+"""The summary of a run: its figures, and all that is needed to repeat it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+import platform
+from typing import Any
+
+import ramiefenics
+from ramiefenics.model.compat import VERSION as DOLFINX_VERSION
+from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification.files import to_dict
+
+PACKAGES = ("petsc4py", "mpi4py", "numpy", "gmsh", "pyvista")
+
+
+def summarise(result: BendingResult) -> dict[str, Any]:
+    """Return figures and manifest of a run, ready for JSON."""
+    curve = result.curve
+    force = curve["force_N"]
+    work = float(curve["indenter_work_Nmm"].iloc[-1])
+    spent = float(
+        curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1]
+    )
+    imbalance = float((force - curve["support_force_N"]).abs().max())
+    return {
+        "max_force_N": result.max_force_N,
+        "displacement_at_max_mm": result.displacement_at_max_mm,
+        "has_force_maximum": result.has_force_maximum,
+        "slope_N_per_mm": result.slope_N_per_mm,
+        "completed": result.completed,
+        "failure": result.failure,
+        "reached_mm": float(curve["displacement_mm"].iloc[-1]),
+        "force_imbalance": imbalance / result.max_force_N if result.max_force_N > 0 else None,
+        "energy_imbalance": (work - spent) / work if work > 0 else None,
+        **dataclasses.asdict(result.statistics),
+        "mesh": result.test.numerics.mesh.name,
+        "versions": versions(),
+        "specification": to_dict(result.test),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of all that computes."""
+    found = {
+        "ramiefenics": ramiefenics.__version__,
+        "python": platform.python_version(),
+        "dolfinx": DOLFINX_VERSION,
+    }
+    for name in PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            continue  # a distribution may install a module without its metadata
+    return found

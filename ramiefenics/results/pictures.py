@@ -1,0 +1,88 @@
+"""The deformed stalk between its cylinders, rendered off-screen with PyVista."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+
+from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.results.fields import to_grid
+from ramiefenics.results.figures import STRESS_COLOURS
+from ramiefenics.solve.result import BendingResult
+
+STEEL = "#9aa5b1"
+
+
+def draw_deformed(result: BendingResult, path: Path) -> None:
+    """Render the last snapshot, axial stress on the deformed tube, cylinders drawn."""
+    snapshot = result.snapshots[-1]
+    body = _whole(snapshot, result.test.numerics.domain)
+    limit = float(np.percentile(np.abs(body.cell_data["axial_stress"]), 99.5))
+    plotter = pv.Plotter(off_screen=True, window_size=[1600, 900])
+    plotter.set_background("white")
+    plotter.add_mesh(
+        body,
+        scalars="axial_stress",
+        cmap=STRESS_COLOURS,
+        clim=(-limit, limit),
+        scalar_bar_args={
+            "title": "Axial stress (MPa)",
+            "color": "black",
+            "fmt": "%.0f",
+            "n_labels": 5,
+            "width": 0.4,
+            "position_x": 0.3,
+            "position_y": 0.04,
+            "title_font_size": 26,
+            "label_font_size": 22,
+        },
+    )
+    for cylinder in _cylinders(result, snapshot.travel_mm):
+        plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
+    plotter.add_text(
+        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.travel_mm):.1f} N",
+        position="upper_left",
+        font_size=14,
+        color="black",
+    )
+    plotter.camera_position = [(170.0, 90.0, 160.0), (0.0, -6.0, 0.0), (0.0, 1.0, 0.0)]
+    plotter.camera.zoom(1.35)
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.screenshot(path)
+    plotter.close()
+
+
+def _force_at(result: BendingResult, travel_mm: float) -> float:
+    curve = result.curve
+    return float(np.interp(travel_mm, curve["displacement_mm"], curve["force_N"]))
+
+
+def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
+    """Mirror the modelled part to the whole stalk."""
+    grid = to_grid(snapshot).warp_by_vector("displacement")
+    body = grid.extract_surface(algorithm="dataset_surface")
+    if domain != "full":
+        body = body.append_polydata(body.reflect((1, 0, 0), point=(0, 0, 0)))
+    if domain == "quarter":
+        body = body.append_polydata(body.reflect((0, 0, 1), point=(0, 0, 0)))
+    return body
+
+
+def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
+    fixture = result.test.fixture
+    radius = result.test.stalk.outer_diameter_mm / 2.0
+    top = radius + fixture.indenter_radius_mm - travel_mm
+    bottom = -radius - fixture.support_radius_mm
+    places = [
+        (top, 0.0, fixture.indenter_radius_mm),
+        (bottom, fixture.span_mm / 2.0, fixture.support_radius_mm),
+        (bottom, -fixture.span_mm / 2.0, fixture.support_radius_mm),
+    ]
+    return [
+        pv.Cylinder(
+            center=(0.0, y, z), direction=(1, 0, 0), radius=r, height=3.5 * radius, resolution=96
+        )
+        for y, z, r in places
+    ]

@@ -1,0 +1,99 @@
+"""What a simulation gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.specification import BendingTest
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Cost of a run.
+
+    Attributes
+    ----------
+    dofs, cells
+        Size of the model.
+    steps, newton_iterations, cut_backs
+        Work done; iterations of failed attempts included.
+    wall_s
+        Time from specification to result.
+    ranks
+        MPI ranks.
+    """
+
+    dofs: int
+    cells: int
+    steps: int
+    newton_iterations: int
+    cut_backs: int
+    wall_s: float
+    ranks: int
+
+
+@dataclass(frozen=True)
+class BendingResult:
+    """A simulated test; on ranks other than the first, without snapshots.
+
+    Attributes
+    ----------
+    test
+        The specification.
+    curve
+        One row per converged step, from zero travel on: ``displacement_mm`` and the fields of
+        `Observables`, with ``friction_work_Nmm`` and ``indenter_work_Nmm`` summed up.
+    snapshots
+        Full fields at the travels that the protocol names.
+    statistics
+        Cost.
+    failure
+        None when the whole travel was reached, else one sentence.
+    """
+
+    test: BendingTest
+    curve: pd.DataFrame
+    snapshots: tuple[Snapshot, ...]
+    statistics: Statistics
+    failure: str | None = None
+
+    @property
+    def completed(self) -> bool:
+        """Whether the whole travel was reached."""
+        return self.failure is None
+
+    @property
+    def max_force_N(self) -> float:
+        """Largest force on the curve."""
+        return float(self.curve["force_N"].max())
+
+    @property
+    def displacement_at_max_mm(self) -> float:
+        """Travel at the largest force."""
+        return float(self.curve["displacement_mm"][self.curve["force_N"].idxmax()])
+
+    @property
+    def has_force_maximum(self) -> bool:
+        """Whether the force falls again before the end of the curve."""
+        return bool(self.curve["force_N"].idxmax() < len(self.curve) - 1)
+
+    @property
+    def slope_N_per_mm(self) -> float:
+        """Secant stiffness between 10 and 40 % of the largest force."""
+        before = self.curve.loc[: self.curve["force_N"].idxmax()]
+        force, travel = before["force_N"], before["displacement_mm"]
+        low, high = 0.1 * self.max_force_N, 0.4 * self.max_force_N
+        ends = [_crossing(force.tolist(), travel.tolist(), level) for level in (low, high)]
+        return (high - low) / (ends[1] - ends[0]) if ends[1] > ends[0] else float("nan")
+
+
+def _crossing(force: list[float], travel: list[float], level: float) -> float:
+    """Travel at which the force first reaches a level, linearly interpolated."""
+    for i in range(1, len(force)):
+        if force[i] >= level:
+            share = (level - force[i - 1]) / (force[i] - force[i - 1])
+            return travel[i - 1] + share * (travel[i] - travel[i - 1])
+    return float("nan")

@@ -1,0 +1,63 @@
+"""One test: the immutable specification that everything else maps to results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ramiefenics.specification.checks import check_choice, check_instance
+from ramiefenics.specification.errors import SpecificationError
+from ramiefenics.specification.fixture import Fixture, Protocol
+from ramiefenics.specification.numerics import Numerics
+from ramiefenics.specification.stalk import Stalk
+
+LAWS = ("saturating_fibre", "neo_hookean", "svk")
+
+
+@dataclass(frozen=True)
+class BendingTest:
+    """A three-point bending test.
+
+    Attributes
+    ----------
+    stalk
+        What is bent.
+    fixture
+        What bends it.
+    protocol
+        How far.
+    law
+        Hyperelastic law of all layers: ``saturating_fibre`` (stable under crushing and fibre
+        compression), ``neo_hookean`` (stable under crushing only) or ``svk`` (St.
+        Venant-Kirchhoff, what LS-DYNA's MAT_002 computes).
+    numerics
+        How it is solved.
+    """
+
+    stalk: Stalk
+    fixture: Fixture = field(default_factory=Fixture)
+    protocol: Protocol = field(default_factory=Protocol)
+    law: str = "saturating_fibre"
+    numerics: Numerics = field(default_factory=Numerics)
+
+    def __post_init__(self) -> None:
+        """Check what concerns two parts at once: the stalk must lie on its supports."""
+        for name, cls in (
+            ("stalk", Stalk),
+            ("fixture", Fixture),
+            ("protocol", Protocol),
+            ("numerics", Numerics),
+        ):
+            check_instance(self, name, cls)
+        check_choice(self, "law", LAWS)
+        span, length = self.fixture.span_mm, self.stalk.length_mm
+        if span >= length:
+            raise SpecificationError(
+                "fixture.span_mm", span, f"must be below the specimen's length {length:g} mm"
+            )
+        radii = self.fixture.indenter_radius_mm + self.fixture.support_radius_mm
+        if span <= 2.0 * radii:
+            raise SpecificationError(
+                "fixture.span_mm",
+                span,
+                f"must be above {2.0 * radii:g} mm, or the indenter does not pass the supports",
+            )

@@ -1,0 +1,104 @@
+"""Checks that the specification's dataclasses share."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from ramiefenics.specification.errors import SpecificationError
+
+
+def check_number(
+    obj: Any,
+    name: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    unit: str = "",
+) -> None:
+    """Check that a field is a finite number within bounds, and store it as a float.
+
+    Parameters
+    ----------
+    obj
+        A dataclass instance under construction (frozen or not).
+    name
+        The field's name.
+    above, below
+        Open bounds.
+    at_least, at_most
+        Closed bounds.
+    unit
+        Unit to name in the message.
+
+    Raises
+    ------
+    SpecificationError
+        If the value is no finite number or out of bounds.
+    """
+    value = getattr(obj, name)
+    bounds = [
+        f"{word} {bound:g}{' ' + unit if unit else ''}"
+        for word, bound in (
+            ("above", above),
+            ("at least", at_least),
+            ("below", below),
+            ("at most", at_most),
+        )
+        if bound is not None
+    ]
+    allowed = "must be a number " + " and ".join(bounds) if bounds else "must be a finite number"
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise SpecificationError(name, value, allowed)
+    if (
+        (above is not None and value <= above)
+        or (at_least is not None and value < at_least)
+        or (below is not None and value >= below)
+        or (at_most is not None and value > at_most)
+    ):
+        raise SpecificationError(name, value, allowed)
+    object.__setattr__(obj, name, float(value))
+
+
+def check_integer(obj: Any, name: str, at_least: int) -> None:
+    """Check that a field is an integer of at least `at_least`.
+
+    Raises
+    ------
+    SpecificationError
+        If it is not.
+    """
+    value = getattr(obj, name)
+    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
+        raise SpecificationError(name, value, f"must be a whole number of at least {at_least}")
+
+
+def check_choice(obj: Any, name: str, choices: tuple[Any, ...]) -> None:
+    """Check that a field is one of `choices`.
+
+    Raises
+    ------
+    SpecificationError
+        If it is not.
+    """
+    value = getattr(obj, name)
+    if isinstance(value, bool) or value not in choices:
+        listed = ", ".join(repr(c) for c in choices)
+        raise SpecificationError(name, value, f"must be one of {listed}")
+
+
+def check_instance(obj: Any, name: str, cls: type) -> None:
+    """Check that a field holds a `cls`.
+
+    Raises
+    ------
+    SpecificationError
+        If it does not.
+    """
+    value = getattr(obj, name)
+    if not isinstance(value, cls):
+        fields = ", ".join(f.name for f in dataclasses.fields(cls))
+        raise SpecificationError(name, value, f"must be a table ({cls.__name__}: {fields})")

@@ -1,0 +1,198 @@
+"""Specifications as TOML: reading, writing, overriding single values."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import tomllib
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import tomli_w
+
+from ramiefenics.specification.bending_test import BendingTest
+from ramiefenics.specification.errors import SpecificationError
+from ramiefenics.specification.numerics import MeshRecipe
+from ramiefenics.specification.recipes import mesh_recipe
+
+T = TypeVar("T")
+
+
+def read_test(path: str | Path) -> BendingTest:
+    """Read a test from a TOML file.
+
+    Keys are the dataclasses' fields, tables nest as they do; ``numerics.mesh`` may be the name
+    of a recipe. What is left out takes its default.
+
+    Raises
+    ------
+    SpecificationError
+        If the file cannot be read, is no TOML, or states something that cannot be.
+    """
+    return test_from_dict(read_toml(path))
+
+
+def write_test(test: BendingTest, path: str | Path) -> None:
+    """Write a test so that `read_test` gives back an equal one."""
+    Path(path).write_text(tomli_w.dumps(to_dict(test)), encoding="utf-8")
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such file, or it is no TOML.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            return tomllib.load(stream)
+    except OSError as error:
+        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SpecificationError("file", str(path), f"is not valid TOML ({error})") from error
+
+
+def test_from_dict(data: Mapping[str, Any]) -> BendingTest:
+    """Build a test from nested mappings, as TOML gives them."""
+    return from_dict(BendingTest, data)
+
+
+test_from_dict.__test__ = False  # type: ignore[attr-defined]  # pytest takes the name for a test
+
+
+def from_dict(cls: type[T], data: Any) -> T:
+    """Build a dataclass from nested mappings.
+
+    Raises
+    ------
+    SpecificationError
+        On unknown or missing keys and on values that the dataclass refuses; the field's dotted
+        name is complete.
+    """
+    if cls is MeshRecipe and isinstance(data, str):
+        return typing.cast(T, mesh_recipe(data))
+    if not isinstance(data, Mapping):
+        raise SpecificationError("table", data, "must be a table")
+    fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
+    hints = typing.get_type_hints(cls)
+    for key in data:
+        if key not in fields:
+            raise _unknown(key, data[key], fields)
+    values = {}
+    for name, spec in fields.items():
+        if name in data:
+            values[name] = _convert(hints[name], name, data[name])
+        elif (
+            spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING
+        ):
+            raise SpecificationError(name, None, "is required but missing")
+    return cls(**values)
+
+
+def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
+    known = list(known)
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(known)}"
+    return SpecificationError(key, value, f"is an unknown key; {hint}".rstrip("."))
+
+
+def _convert(hint: Any, name: str, value: Any) -> Any:
+    if isinstance(hint, types.UnionType):  # "float | None" is the only union here
+        hint = next(a for a in typing.get_args(hint) if a is not type(None))
+    if typing.get_origin(hint) is tuple:
+        return _convert_list(typing.get_args(hint)[0], name, value)
+    if dataclasses.is_dataclass(hint):
+        try:
+            return from_dict(typing.cast(type, hint), value)
+        except SpecificationError as error:
+            if error.field == "table":
+                raise SpecificationError(name, value, error.allowed) from error
+            raise error.inside(name) from error
+    return value
+
+
+def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, (list, tuple)):
+        raise SpecificationError(name, value, f"must be a list of tables, [[{name}]] in TOML")
+    converted = []
+    for index, entry in enumerate(value):
+        label = entry.get("name", index) if isinstance(entry, Mapping) else index
+        try:
+            converted.append(_convert(item, str(label), entry))
+        except SpecificationError as error:
+            raise error.inside(name) from error
+    return tuple(converted)
+
+
+def to_dict(obj: Any) -> Any:
+    """Turn nested dataclasses into plain mappings and lists, leaving out what is None."""
+    if dataclasses.is_dataclass(obj) and not isinstance(obj, type):
+        return {
+            f.name: to_dict(getattr(obj, f.name))
+            for f in dataclasses.fields(obj)
+            if getattr(obj, f.name) is not None
+        }
+    if isinstance(obj, tuple):
+        return [to_dict(item) for item in obj]
+    return obj
+
+
+def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
+    """Return the test with single values changed.
+
+    Parameters
+    ----------
+    test
+        The test to start from.
+    assignments
+        Each ``dotted.key=value``, the value as in TOML (text may go without quotes); layers are
+        addressed by name: ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``.
+
+    Raises
+    ------
+    SpecificationError
+        On an unknown key or a value that is refused.
+    """
+    data = to_dict(test)
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals:
+            raise SpecificationError("--set", assignment, "must be of the form key=value")
+        _assign(data, BendingTest, key.strip(), _parse_value(text.strip()))
+    return test_from_dict(data)
+
+
+def _parse_value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
+    *path, last = key.split(".")
+    target, hint, walked = data, cls, ""
+    for part in path:
+        if isinstance(target, list):
+            hint = typing.get_args(hint)[0]
+            named = {entry["name"]: entry for entry in target}
+            known: Iterable[str] = named
+            child = named.get(part)
+        else:
+            hints = typing.get_type_hints(hint)
+            known = hints
+            child, hint = target.get(part), hints.get(part)
+        if not isinstance(child, (dict, list)):
+            error = _unknown(part, value, known)
+            raise error.inside(walked) if walked else error
+        target, walked = child, f"{walked}.{part}" if walked else part
+    fields = [f.name for f in dataclasses.fields(hint)] if dataclasses.is_dataclass(hint) else []
+    if last not in fields:
+        error = _unknown(last, value, fields or [entry["name"] for entry in target])
+        raise error.inside(walked) if walked else error
+    target[last] = value

@@ -1,0 +1,78 @@
+"""The three-point bending fixture and what the indenter does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ramiefenics.specification.checks import check_instance, check_number
+from ramiefenics.specification.errors import SpecificationError
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb friction between stalk and fixture.
+
+    Attributes
+    ----------
+    static, dynamic
+        Coefficients at rest and in sliding.
+    """
+
+    static: float = 0.59
+    dynamic: float = 0.12
+
+    def __post_init__(self) -> None:
+        """Check that 0 <= dynamic <= static."""
+        check_number(self, "static", at_least=0.0)
+        check_number(self, "dynamic", at_least=0.0)
+        if self.dynamic > self.static:
+            raise SpecificationError(
+                "dynamic", self.dynamic, f"must be at most the static coefficient {self.static:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Fixture:
+    """Rigid cylinders across the stalk (axes along X): an indenter above, two supports below.
+
+    Attributes
+    ----------
+    span_mm
+        Distance of the supports' axes; the indenter is at its middle, Z = 0.
+    indenter_radius_mm, support_radius_mm
+        Radii. The paper does not publish them: 5 mm is an assumption.
+    friction
+        The same on all three cylinders.
+    """
+
+    span_mm: float = 100.0
+    indenter_radius_mm: float = 5.0
+    support_radius_mm: float = 5.0
+    friction: Friction = field(default_factory=Friction)
+
+    def __post_init__(self) -> None:
+        """Check that lengths are positive and the cylinders do not overlap."""
+        for name in ("span_mm", "indenter_radius_mm", "support_radius_mm"):
+            check_number(self, name, above=0.0, unit="mm")
+        check_instance(self, "friction", Friction)
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What the indenter does, and how often full fields are kept.
+
+    Attributes
+    ----------
+    travel_mm
+        Travel of the indenter along -Y, from first touch.
+    save_every_mm
+        Fields are saved at multiples of this travel and at the end.
+    """
+
+    travel_mm: float = 14.0
+    save_every_mm: float = 2.0
+
+    def __post_init__(self) -> None:
+        """Check that both are positive."""
+        check_number(self, "travel_mm", above=0.0, unit="mm")
+        check_number(self, "save_every_mm", above=0.0, unit="mm")

@@ -1,0 +1,161 @@
+"""Elastic constants of a layer and the stiffness that they make."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramiefenics.specification.checks import check_instance, check_number
+from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
+
+G_PER_CM3 = 1e-9
+"""One g/cm3 in the solver's tonne/mm3."""
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Engineering constants of a material isotropic in the X-Y plane (paper, Eq. 4).
+
+    Index 3 is Z, along the stalk. Poisson numbers follow ``nu_ij / E_i = nu_ji / E_j``,
+    so `nu_XZ` is the small one.
+
+    Attributes
+    ----------
+    E_X_MPa, E_Z_MPa
+        Young's moduli across and along the fibres.
+    nu_XY, nu_XZ
+        Poisson numbers.
+    G_XZ_MPa
+        Shear modulus along the fibres, G_XZ = G_YZ.
+    G_XY_MPa
+        Shear modulus across the fibres. None (the default) follows Eq. 4,
+        ``E_X / (2 (1 + nu_XY))``. Another value makes the layer tetragonal: X and Y become
+        material axes.
+    """
+
+    E_X_MPa: float
+    E_Z_MPa: float
+    nu_XY: float
+    nu_XZ: float
+    G_XZ_MPa: float
+    G_XY_MPa: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the constants one by one, then the stiffness as a whole."""
+        for name in ("E_X_MPa", "E_Z_MPa", "G_XZ_MPa"):
+            check_number(self, name, above=0.0, unit="MPa")
+        check_number(self, "nu_XY", above=-1.0, below=1.0)
+        check_number(self, "nu_XZ")
+        if self.G_XY_MPa is not None:
+            check_number(self, "G_XY_MPa", above=0.0, unit="MPa")
+        self._check_positive_definite()
+        if abs(self.G_XY / self.G_XY_isotropic - 1.0) > 0.01:
+            warnings.warn(
+                f"G_XY_MPa = {self.G_XY:g} contradicts Eq. 4, E_X / (2 (1 + nu_XY)) = "
+                f"{self.G_XY_isotropic:.3g} MPa: the layer is no longer isotropic in its "
+                "cross-section.",
+                SpecificationWarning,
+                stacklevel=3,
+            )
+
+    @property
+    def G_XY_isotropic(self) -> float:
+        """In-plane shear modulus by Eq. 4, MPa."""
+        return self.E_X_MPa / (2.0 * (1.0 + self.nu_XY))
+
+    @property
+    def G_XY(self) -> float:
+        """In-plane shear modulus in use, MPa."""
+        return self.G_XY_isotropic if self.G_XY_MPa is None else self.G_XY_MPa
+
+    def compliance(self) -> NDArray[np.float64]:
+        """Compliance, shape (6, 6), 1/MPa; order XX, YY, ZZ, YZ, XZ, XY, engineering shear."""
+        e_x, e_z = self.E_X_MPa, self.E_Z_MPa
+        s_xy, s_xz = -self.nu_XY / e_x, -self.nu_XZ / e_x
+        compliance = np.zeros((6, 6))
+        compliance[:3, :3] = [
+            [1 / e_x, s_xy, s_xz],
+            [s_xy, 1 / e_x, s_xz],
+            [s_xz, s_xz, 1 / e_z],
+        ]
+        compliance[3:, 3:] = np.diag([1 / self.G_XZ_MPa, 1 / self.G_XZ_MPa, 1 / self.G_XY])
+        return compliance
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """Stiffness, shape (6, 6), MPa; the inverse of `compliance`."""
+        return np.linalg.inv(self.compliance())
+
+    def _check_positive_definite(self) -> None:
+        # Scaled to unit diagonal, so that the eigenvalues are pure numbers and the six
+        # moduli's different sizes do not hide an indefinite combination.
+        compliance = self.compliance()
+        scale = 1.0 / np.sqrt(np.diag(compliance))
+        values, vectors = np.linalg.eigh(compliance * np.outer(scale, scale))
+        if values[0] > 1e-10:
+            return
+        axes = ("XX", "YY", "ZZ", "YZ", "XZ", "XY")
+        mode = " ".join(
+            f"{v:+.2f} {a}" for v, a in zip(vectors[:, 0], axes, strict=True) if abs(v) > 0.05
+        )
+        name = "nu_XZ" if abs(vectors[2, 0]) > 0.05 else "nu_XY"
+        limit = np.sqrt(self.E_X_MPa / self.E_Z_MPa * (1.0 - self.nu_XY) / 2.0)
+        raise SpecificationError(
+            name,
+            getattr(self, name),
+            "must leave the stiffness positive definite, but eigenvalue 1 of 6 of the compliance "
+            f"scaled to unit diagonal is {values[0]:.3g} (mode {mode}); with the other constants "
+            f"as given, |nu_XZ| must be below {limit:.4g}",
+        )
+
+
+@dataclass(frozen=True)
+class FibreCompression:
+    """Closure constants of the saturating-fibre law, as multiples of the layer's G_XZ.
+
+    A misaligned fibre bundle in compression kinks at about its shear modulus (Rosen 1965)
+    or its shear strength over the misalignment (Argon 1972; Budiansky and Fleck 1993).
+    Nobody has measured either for ramie: quote peak forces with their range over them.
+
+    Attributes
+    ----------
+    strength
+        Plateau of the axial compressive stress, s_c / G_XZ.
+    residual_tangent
+        Axial tangent left at the plateau, h / G_XZ.
+    """
+
+    strength: float = 0.2
+    residual_tangent: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        check_number(self, "strength", above=0.0)
+        check_number(self, "residual_tangent", at_least=0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a layer is made of.
+
+    Attributes
+    ----------
+    elastic
+        Constants at small strain.
+    fibre_compression
+        Closure constants at large compression.
+    density_g_per_cm3
+        Mass density; used by dynamics only.
+    """
+
+    elastic: Elastic
+    fibre_compression: FibreCompression = field(default_factory=FibreCompression)
+    density_g_per_cm3: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the parts and the density."""
+        check_instance(self, "elastic", Elastic)
+        check_instance(self, "fibre_compression", FibreCompression)
+        check_number(self, "density_g_per_cm3", above=0.0, unit="g/cm3")

@@ -1,0 +1,161 @@
+"""How the equations are solved: mesh recipe, contact, stepping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ramiefenics.specification.checks import (
+    check_choice,
+    check_instance,
+    check_integer,
+    check_number,
+)
+from ramiefenics.specification.errors import SpecificationError
+
+
+@dataclass(frozen=True)
+class MeshRecipe:
+    """How finely the tube is cut into hexahedra.
+
+    The recipes in the folder `meshes` state cost and accuracy of each.
+
+    Attributes
+    ----------
+    name
+        The recipe's name.
+    order
+        Polynomial order of displacement and geometry, 1 or 2.
+    angular_elements
+        Elements along half the circumference; even.
+    wall_elements
+        Elements through the layers inside the outermost one, shared out by thickness, at least
+        one each (a solid core is cut by its own block on top of it).
+    rind_elements
+        Elements through the outermost layer.
+    contact_size_mm
+        Element length along Z under the cylinders.
+    contact_zone_mm
+        Half length of the zone with that element length around each cylinder.
+    growth
+        Element length gained per mm of distance from the nearest zone.
+    coarse_size_mm
+        Largest element length along Z.
+    """
+
+    order: int
+    angular_elements: int
+    wall_elements: int
+    rind_elements: int
+    contact_size_mm: float
+    contact_zone_mm: float
+    growth: float
+    coarse_size_mm: float
+    name: str = "custom"
+
+    def __post_init__(self) -> None:
+        """Check counts and sizes."""
+        check_choice(self, "order", (1, 2))
+        check_integer(self, "angular_elements", 2)
+        if self.angular_elements % 2:
+            raise SpecificationError("angular_elements", self.angular_elements, "must be even")
+        check_integer(self, "wall_elements", 1)
+        check_integer(self, "rind_elements", 1)
+        check_number(self, "contact_size_mm", above=0.0, unit="mm")
+        check_number(self, "contact_zone_mm", at_least=0.0, unit="mm")
+        check_number(self, "growth", at_least=0.0)
+        check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
+
+
+@dataclass(frozen=True)
+class ContactMethod:
+    """Nitsche's method for unilateral frictional contact (Chouly, Hild and Renard 2015).
+
+    Attributes
+    ----------
+    theta
+        1 symmetric, 0 incomplete (one term less), -1 skew-symmetric.
+    stabilisation
+        Multiple of (normal stiffness of the cell / thickness of the cell) that penalises
+        penetration; consistent for any positive value.
+    slip_tolerance
+        Coulomb's law is regularised to ``mu p s / sqrt(s^2 + s_0^2)``, with s the slip and s_0
+        this multiple of the indenter's travel, both per step; points that slip less than s_0
+        are reported as sticking. Also the slip per travel at which the coefficient decays from
+        static to dynamic.
+    """
+
+    theta: int = 0
+    stabilisation: float = 10.0
+    slip_tolerance: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Check choices and signs."""
+        check_choice(self, "theta", (-1, 0, 1))
+        check_number(self, "stabilisation", above=0.0)
+        check_number(self, "slip_tolerance", above=0.0, below=1.0)
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Increments of the indenter's travel and Newton's method within each.
+
+    Attributes
+    ----------
+    first_step_mm, max_step_mm, min_step_mm
+        First, largest and smallest increment. A smaller one ends the run.
+    max_iterations
+        Newton iterations before the increment is cut.
+    relative_tolerance
+        Residual norm relative to the norm of the contact forces.
+    """
+
+    first_step_mm: float = 0.5
+    max_step_mm: float = 1.0
+    min_step_mm: float = 1e-3
+    max_iterations: int = 20
+    relative_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        """Check signs and order of the increments."""
+        check_number(self, "min_step_mm", above=0.0, unit="mm")
+        check_number(self, "max_step_mm", at_least=self.min_step_mm, unit="mm")
+        check_number(
+            self, "first_step_mm", at_least=self.min_step_mm, at_most=self.max_step_mm, unit="mm"
+        )
+        check_integer(self, "max_iterations", 1)
+        check_number(self, "relative_tolerance", above=0.0, below=1.0)
+
+
+DOMAINS = ("quarter", "half", "full")
+
+
+def _standard_mesh() -> MeshRecipe:
+    from ramiefenics.specification.recipes import mesh_recipe  # which needs MeshRecipe
+
+    return mesh_recipe("standard")
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Everything that a better computer would make finer without changing the question.
+
+    Attributes
+    ----------
+    domain
+        ``quarter`` (X >= 0, Z >= 0), ``half`` (X >= 0) or ``full``. Forces are always those of
+        the whole stalk.
+    mesh, contact, stepping
+        The parts.
+    """
+
+    domain: str = "quarter"
+    mesh: MeshRecipe = field(default_factory=_standard_mesh)
+    contact: ContactMethod = field(default_factory=ContactMethod)
+    stepping: Stepping = field(default_factory=Stepping)
+
+    def __post_init__(self) -> None:
+        """Check the domain."""
+        check_choice(self, "domain", DOMAINS)
+        check_instance(self, "mesh", MeshRecipe)
+        check_instance(self, "contact", ContactMethod)
+        check_instance(self, "stepping", Stepping)

@@ -1,0 +1,114 @@
+"""The stalks of the published study, and nothing that it does not print.
+
+Source: "Bending mechanics test and parameters calibration of ramie stalks", Tables 1, 3, 7, 8.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+
+from ramiefenics.specification.bending_test import BendingTest
+from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
+from ramiefenics.specification.material import Elastic, Material
+from ramiefenics.specification.stalk import Layer, Stalk
+
+PHLOEM_G_XY_PRINTED_MPA = 3.09
+"""Table 3. Eq. 4 gives 0.88 MPa with the table's other constants."""
+
+SPECIMEN_LENGTH_MM = 180.0
+
+XYLEM = Material(
+    Elastic(E_X_MPa=7.67, E_Z_MPa=320.0, nu_XY=0.32, nu_XZ=0.04, G_XZ_MPa=69.0),
+    density_g_per_cm3=0.95,
+)
+PHLOEM = Material(
+    Elastic(E_X_MPa=2.27, E_Z_MPa=1919.08, nu_XY=0.29, nu_XZ=0.004, G_XZ_MPa=33.8),
+    density_g_per_cm3=0.97,
+)
+
+TABLE_8_MM = ((15.1, 7.5, 0.72), (14.3, 7.45, 0.64), (14.7, 7.5, 0.65))
+"""Outer diameter, inner diameter, phloem thickness of the three validation stalks."""
+
+
+def ramie(outer_mm: float, inner_mm: float, phloem_mm: float) -> BendingTest:
+    """Return the paper's test on a stalk of these dimensions, calibrated constants of Table 7.
+
+    Parameters
+    ----------
+    outer_mm, inner_mm
+        Diameters of the stalk and of its void.
+    phloem_mm
+        Thickness of the phloem.
+    """
+    xylem = Layer("xylem", outer_mm - 2.0 * phloem_mm, XYLEM)
+    return BendingTest(
+        Stalk(SPECIMEN_LENGTH_MM, inner_mm, (xylem, Layer("phloem", outer_mm, PHLOEM)))
+    )
+
+
+def ramie_at_height(height_cm: float) -> BendingTest:
+    """Return the paper's test on the stalk at a height above ground, by Table 1.
+
+    Diameters are interpolated linearly between the root and 150 cm. Table 1 gives no phloem
+    thickness; it follows from Eq. 3 with the table's ratio of fresh cortex to stalk, 21.42 %.
+
+    Parameters
+    ----------
+    height_cm
+        Between 0 and 150.
+
+    Raises
+    ------
+    SpecificationError
+        If the height is outside Table 1.
+    """
+    if not 0.0 <= height_cm <= 150.0:
+        raise SpecificationError(
+            "height_cm", height_cm, "must be between 0 and 150, the range of Table 1"
+        )
+    share = height_cm / 150.0
+    outer = 15.70 + share * (10.90 - 15.70)
+    inner = 7.40 + share * (6.20 - 7.40)
+    cortex_ratio = 0.2142  # Eq. 3: V1 = (4 D h - 4 h^2) / (D^2 - d^2), solved for h
+    phloem = (outer - math.sqrt(outer**2 - cortex_ratio * (outer**2 - inner**2))) / 2.0
+    return ramie(outer, inner, phloem)
+
+
+def _table_8(row: int) -> Callable[[], BendingTest]:
+    return lambda: ramie(*TABLE_8_MM[row])
+
+
+PUBLISHED: dict[str, Callable[[], BendingTest]] = {
+    # Table 3 also prints a xylem diameter of 12.84 mm, which would leave 0.695 mm of phloem.
+    "table3": lambda: ramie(14.23, 7.28, 0.67),
+    "table8-1": _table_8(0),
+    "table8-2": _table_8(1),
+    "table8-3": _table_8(2),
+    # the middles of the three sampling positions
+    "height-19cm": lambda: ramie_at_height(19.0),
+    "height-69cm": lambda: ramie_at_height(69.0),
+    "height-119cm": lambda: ramie_at_height(119.0),
+}
+
+
+def published_test(name: str) -> BendingTest:
+    """Return a published test by its name in `PUBLISHED`, with a warning on its contradiction.
+
+    Raises
+    ------
+    SpecificationError
+        If there is none of that name.
+    """
+    if name not in PUBLISHED:
+        raise SpecificationError("test", name, f"must be one of {', '.join(PUBLISHED)}")
+    test = PUBLISHED[name]()
+    warnings.warn(
+        f"Table 3 prints G_XY = {PHLOEM_G_XY_PRINTED_MPA} MPa for the phloem, but the paper's "
+        f"Eq. 4 gives {PHLOEM.elastic.G_XY:.2f} MPa, which is used; for the printed value set "
+        f"stalk.layers.phloem.material.elastic.G_XY_MPa={PHLOEM_G_XY_PRINTED_MPA}",
+        SpecificationWarning,
+        stacklevel=2,
+    )
+    return test
