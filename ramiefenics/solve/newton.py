@@ -1,9 +1,14 @@
-"""Newton's method for one step, by PETSc's SNES with a sparse direct solver."""
+"""Newton's method for one step, with a non-monotone line search and a sparse direct solver.
+
+Contact makes the residual non-smooth: the full step often raises it once, when points enter or
+leave contact, and converges quadratically right after. A line search that insists on descent then
+stalls, so a step only has to beat the largest of the last residuals (Grippo, Lampariello and
+Lucidi 1986).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from dolfinx import fem
@@ -13,6 +18,12 @@ from petsc4py import PETSc
 RIGID_SHIFT = 1e-9
 """Added to the tangent's diagonal, relative to its mean, in the Newton matrix only: it holds rigid
 motions that no friction holds, and does not touch the solution."""
+
+MEMORY = 4
+"""Residuals that a step is compared with."""
+
+SHORTEST = 1.0 / 32.0
+"""Shortest fraction of a Newton step that is tried."""
 
 
 @dataclass(frozen=True)
@@ -37,31 +48,10 @@ class NewtonOutcome:
     reason: str
 
 
-_REASONS = {
-    PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the tangent could not be factorised",
-    PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "an element turned inside out",
-    PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "too many iterations",
-    PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH: "the line search found no descent",
-}
-
-
-def _set_options(snes: Any) -> None:
-    """Set what petsc4py 3.22 reaches through the options database only."""
-    prefix = "ramiefenics_newton_"
-    options = PETSc.Options()
-    values = {"snes_type": "newtonls", "snes_linesearch_type": "bt", "snes_max_funcs": -1, "mat_mumps_icntl_7": 5}
-    for name, value in values.items():
-        options[prefix + name] = value
-    snes.setOptionsPrefix(prefix)
-    snes.setFromOptions()
-    for name in values:
-        options.delValue(prefix + name)
-
-
 class Newton:
     """Solve ``residual(u) = 0`` from the current value of `u`.
 
-    Dirichlet conditions are homogeneous or already met by `u`.
+    Dirichlet conditions must be met by `u` already.
 
     Parameters
     ----------
@@ -84,43 +74,81 @@ class Newton:
         max_iterations: int,
     ) -> None:
         self._residual, self._jacobian, self._u, self._bcs = residual, jacobian, u, bcs
-        comm = u.function_space.mesh.comm
-        matrix = create_matrix(jacobian)
-        self._x = u.x.petsc_vec.duplicate()
-        self._work = u.x.petsc_vec.duplicate()
-        self._snes = snes = PETSc.SNES().create(comm)
-        snes.setFunction(self._evaluate, self._work)
-        snes.setJacobian(self._tangent, matrix, matrix)
         self._max_iterations = max_iterations
-        ksp = snes.getKSP()
-        ksp.setType("preonly")
-        pc = ksp.getPC()
-        pc.setType("lu")
-        pc.setFactorSolverType("mumps")
-        _set_options(snes)
+        self._matrix = create_matrix(jacobian)
+        self._b = u.x.petsc_vec.duplicate()
+        self._step = u.x.petsc_vec.duplicate()
+        self._start = u.x.petsc_vec.duplicate()
+        self._solver = _direct_solver(self._matrix)
 
-    def _evaluate(self, snes: Any, x: Any, f: Any) -> None:
-        x.copy(self._u.x.petsc_vec)
-        self._u.x.scatter_forward()
-        with f.localForm() as local:
+    def solve(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
+        """Solve to a residual norm of at most `tolerance_N`.
+
+        Parameters
+        ----------
+        tolerance_N
+            Bound on the Euclidean norm of the residual.
+        largest_update_mm
+            No displacement component changes by more in one iteration.
+        """
+        history = [self._evaluate()]
+        for iteration in range(self._max_iterations):
+            if history[-1] <= tolerance_N:
+                return NewtonOutcome(True, iteration, history[-1], "converged")
+            if not np.isfinite(history[-1]):
+                return NewtonOutcome(False, iteration, history[-1], "an element turned inside out")
+            self._assemble_tangent()
+            self._solver.solve(self._b, self._step)
+            size = self._step.norm(PETSc.NormType.INFINITY)
+            if not np.isfinite(size):
+                reason = "the tangent could not be factorised"
+                return NewtonOutcome(False, iteration + 1, history[-1], reason)
+            history.append(self._search(min(1.0, largest_update_mm / size), history[-MEMORY:]))
+        converged = history[-1] <= tolerance_N
+        reason = "converged" if converged else "too many iterations"
+        return NewtonOutcome(converged, self._max_iterations, history[-1], reason)
+
+    def _search(self, fraction: float, last: list[float]) -> float:
+        """Go along the Newton step until the residual beats the largest of the last ones."""
+        x = self._u.x.petsc_vec
+        x.copy(self._start)
+        shortest = SHORTEST * fraction
+        while True:
+            x.waxpy(-fraction, self._step, self._start)
+            self._u.x.scatter_forward()
+            residual = self._evaluate()
+            if residual < max(last) or fraction <= shortest:
+                return residual
+            fraction /= 2.0
+
+    def _evaluate(self) -> float:
+        with self._b.localForm() as local:
             local.set(0.0)
-        assemble_vector(f, self._residual)
-        f.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        set_bc(f, self._bcs, x, -1.0)
+        assemble_vector(self._b, self._residual)
+        self._b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        set_bc(self._b, self._bcs, self._u.x.petsc_vec, -1.0)
+        return float(self._b.norm())
 
-    def _tangent(self, snes: Any, x: Any, matrix: Any, preconditioner: Any) -> None:
+    def _assemble_tangent(self) -> None:
+        matrix = self._matrix
         matrix.zeroEntries()
         assemble_matrix(matrix, self._jacobian, self._bcs)
         matrix.assemble()
         matrix.shift(RIGID_SHIFT * abs(matrix.getDiagonal().sum()) / matrix.size[0])
 
-    def solve(self, tolerance_N: float) -> NewtonOutcome:
-        """Solve to a residual norm of at most `tolerance_N`."""
-        self._u.x.petsc_vec.copy(self._x)
-        self._snes.setTolerances(rtol=0.0, atol=tolerance_N, stol=0.0, max_it=self._max_iterations)
-        self._snes.solve(None, self._x)
-        reason = self._snes.getConvergedReason()
-        residual = self._snes.getFunctionNorm()
-        converged = reason > 0 and bool(np.isfinite(residual))
-        told = "converged" if converged else _REASONS.get(reason, f"SNES reason {reason}")
-        return NewtonOutcome(converged, self._snes.getIterationNumber(), residual, told)
+
+def _direct_solver(matrix: PETSc.Mat) -> PETSc.KSP:
+    """Return MUMPS with METIS, which orders long thin meshes several times better."""
+    solver = PETSc.KSP().create(matrix.comm)
+    solver.setOperators(matrix)
+    solver.setType("preonly")
+    solver.getPC().setType("lu")
+    solver.getPC().setFactorSolverType("mumps")
+    prefix, name = "ramiefenics_newton_", "mat_mumps_icntl_7"
+    options = PETSc.Options()
+    options[prefix + name] = 5
+    solver.setOptionsPrefix(prefix)
+    solver.setFromOptions()
+    solver.getPC().setFactorSetUpSolverType()
+    options.delValue(prefix + name)
+    return solver

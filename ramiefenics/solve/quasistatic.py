@@ -12,6 +12,9 @@ from ramiefenics.solve.newton import Newton, NewtonOutcome
 EASY_ITERATIONS = 8
 """A step that took no more lets the next one be twice as long."""
 
+UPDATE_LIMIT = 4.0
+"""Largest change of a displacement component in one iteration, over the step of the indenter."""
+
 SMALLEST_SCALE_N = 0.01
 """Force to which tolerances refer before there is any."""
 
@@ -129,7 +132,8 @@ class QuasiStatic:
         else:
             self._u[:] = self._last + length * self._rate
         outcome = self._newton.solve(
-            self._settings.relative_tolerance * self._force_scale_N
+            self._settings.relative_tolerance * self._force_scale_N,
+            largest_update_mm=UPDATE_LIMIT * length,
         )
         self.newton_iterations += outcome.iterations
         return outcome

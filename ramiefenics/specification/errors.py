@@ -11,9 +11,10 @@ class SpecificationError(ValueError):
     Parameters
     ----------
     field
-        Dotted name of the offending field, for instance ``fixture.span_mm``.
+        Dotted name of the offending field, for instance ``fixture.span_mm``; empty for the whole
+        of what was given.
     value
-        What was given.
+        What was given; None if nothing was.
     allowed
         What would be accepted, as the end of the sentence "... must ...".
     """
@@ -22,11 +23,12 @@ class SpecificationError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{field} = {value!r}: {allowed}.")
+        super().__init__(f"{field if value is None else f'{field} = {value!r}'} {allowed}.")
 
     def inside(self, parent: str) -> SpecificationError:
         """Return the same error with `parent` put before the field's name."""
-        return SpecificationError(f"{parent}.{self.field}", self.value, self.allowed)
+        field = f"{parent}.{self.field}" if self.field else parent
+        return SpecificationError(field, self.value, self.allowed)
 
 
 class SpecificationWarning(UserWarning):

@@ -37,7 +37,12 @@ def read_test(path: str | Path) -> BendingTest:
 
 def write_test(test: BendingTest, path: str | Path) -> None:
     """Write a test so that `read_test` gives back an equal one."""
-    Path(path).write_text(tomli_w.dumps(to_dict(test)), encoding="utf-8")
+    Path(path).write_text(dump_test(test), encoding="utf-8")
+
+
+def dump_test(test: BendingTest) -> str:
+    """Return a test as TOML."""
+    return tomli_w.dumps(to_dict(test))
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -77,7 +82,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if cls is MeshRecipe and isinstance(data, str):
         return typing.cast(T, mesh_recipe(data))
     if not isinstance(data, Mapping):
-        raise SpecificationError("table", data, "must be a table")
+        raise SpecificationError("", data, "must be a table")
     fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
     hints = typing.get_type_hints(cls)
     for key in data:
@@ -97,8 +102,8 @@ def from_dict(cls: type[T], data: Any) -> T:
 def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
     known = list(known)
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(known)}"
-    return SpecificationError(key, value, f"is an unknown key; {hint}".rstrip("."))
+    hint = f"the nearest known one is {near[0]!r}" if near else f"known: {', '.join(known)}"
+    return SpecificationError(key, value, f"is an unknown key, {hint}")
 
 
 def _convert(hint: Any, name: str, value: Any) -> Any:
@@ -110,8 +115,6 @@ def _convert(hint: Any, name: str, value: Any) -> Any:
         try:
             return from_dict(typing.cast(type, hint), value)
         except SpecificationError as error:
-            if error.field == "table":
-                raise SpecificationError(name, value, error.allowed) from error
             raise error.inside(name) from error
     return value
 
@@ -195,4 +198,5 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
     if last not in fields:
         error = _unknown(last, value, fields or [entry["name"] for entry in target])
         raise error.inside(walked) if walked else error
-    target[last] = value
+    named_recipe = last == "mesh" and isinstance(value, str)
+    target[last] = to_dict(mesh_recipe(value)) if named_recipe else value

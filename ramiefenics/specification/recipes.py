@@ -34,9 +34,9 @@ def mesh_recipe(name: str) -> MeshRecipe:
     """
     if name not in recipe_names():
         near = difflib.get_close_matches(name, recipe_names(), n=1)
-        hint = f"did you mean {near[0]!r}? known" if near else "known"
+        hint = f", the nearest is {near[0]!r}" if near else ""
         raise SpecificationError(
-            "mesh", name, f"is no mesh recipe; {hint}: {', '.join(recipe_names())}"
+            "", name, f"is no mesh recipe{hint}; known: {', '.join(recipe_names())}"
         )
     with (recipe_folder() / f"{name}.toml").open("rb") as stream:
         data = tomllib.load(stream)

@@ -1,0 +1,5 @@
+"""Run the command line by `python -m ramiefenics`."""
+
+from ramiefenics.cli import main
+
+main()

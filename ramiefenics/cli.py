@@ -1,0 +1,177 @@
+"""The command line: `ramiefenics bend`, `mesh`, `specification`."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from mpi4py import MPI
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from ramiefenics.specification import (
+    BendingTest,
+    SpecificationError,
+    override,
+    published_test,
+    read_test,
+)
+from ramiefenics.specification.files import dump_test
+from ramiefenics.specification.published import PUBLISHED
+
+if TYPE_CHECKING:
+    from ramiefenics.solve.quasistatic import Step
+    from ramiefenics.solve.result import BendingResult
+
+app = typer.Typer(
+    help="Bend plant stalks on a computer.", no_args_is_help=True, pretty_exceptions_enable=False
+)
+
+Spec = Annotated[
+    str,
+    typer.Argument(
+        help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}.", show_default=True
+    ),
+]
+MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
+]
+
+
+@app.command()
+def bend(
+    spec: Spec = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
+    ] = None,
+    mesh: MeshName = None,
+    assign: Assignments = None,
+) -> None:
+    """Bend a stalk, and write its curve, summary, fields and pictures."""
+    test = load_test(spec, mesh, assign)
+    folder = _prepare(out or Path("results") / Path(spec).stem)
+    from ramiefenics.solve.simulate import simulate  # the solver takes a second to import
+
+    with _progress(test) as show:
+        result = simulate(test, on_step=show)
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.folder import write_folder
+
+        write_folder(result, folder)
+        _report(result, folder)
+    if not result.completed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def mesh(
+    out: Annotated[Path, typer.Argument(help="Gmsh file to write, for instance stalk.msh.")],
+    spec: Spec = "table3",
+    mesh: MeshName = None,
+    assign: Assignments = None,
+) -> None:
+    """Write the mesh of a stalk, with physical names, as a Gmsh file."""
+    test = load_test(spec, mesh, assign)
+    if out.suffix != ".msh" or not out.parent.is_dir():
+        raise SpecificationError("out", str(out), "must end in .msh, in a folder that exists")
+    from ramiefenics.model.tube import write_tube
+
+    write_tube(test, out)
+
+
+@app.command()
+def specification(
+    spec: Spec = "table3", mesh: MeshName = None, assign: Assignments = None
+) -> None:
+    """Print a specification in full as TOML, to keep and to change."""
+    typer.echo(dump_test(load_test(spec, mesh, assign)), nl=False)
+
+
+def load_test(spec: str, mesh: str | None, assignments: list[str] | None) -> BendingTest:
+    """Return the test that the command line names.
+
+    Raises
+    ------
+    SpecificationError
+        If a name, a file or a value is not usable.
+    """
+    named = "/" not in spec and not spec.endswith(".toml")
+    test = published_test(spec) if named else read_test(spec)
+    changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
+    return override(test, changes + (assignments or []))
+
+
+def _prepare(folder: Path) -> Path:
+    """Make the folder before hours are spent on what goes into it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        allowed = f"must be a folder that can be made ({error.strerror})"
+        raise SpecificationError("out", str(folder), allowed) from error
+    return folder
+
+
+@contextmanager
+def _progress(test: BendingTest) -> Iterator[object]:
+    """Show travel, force, iterations and time left, on the first rank only."""
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[state]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        disable=MPI.COMM_WORLD.rank != 0,
+    )
+    with progress:
+        task = progress.add_task(
+            "bending", total=test.protocol.travel_mm, state="compiling and meshing"
+        )
+
+        def show(step: Step) -> None:
+            state = (
+                f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
+                f"{step.iterations:2d} iterations"
+            )
+            progress.update(task, completed=step.travel_mm, state=state)
+
+        yield show
+
+
+def _report(result: BendingResult, folder: Path) -> None:
+    statistics = result.statistics
+    peak = "maximum" if result.has_force_maximum else "still rising, largest"
+    typer.echo(
+        f"force {peak} {result.max_force_N:.2f} N at {result.displacement_at_max_mm:.2f} mm; "
+        f"slope {result.slope_N_per_mm:.2f} N/mm"
+    )
+    typer.echo(
+        f"{statistics.dofs} unknowns, {statistics.steps} steps, "
+        f"{statistics.newton_iterations} iterations, {statistics.cut_backs} cut-backs, "
+        f"{statistics.wall_s:.1f} s; results in {folder}"
+    )
+    if not result.completed:
+        typer.echo(f"ramiefenics: not completed: {result.failure}", err=True)
+
+
+def main() -> None:
+    """Run the command line; bad input ends with one sentence and status 2."""
+    first = MPI.COMM_WORLD.rank == 0
+
+    def note(message: Warning | str, category: type[Warning], *_: object) -> None:
+        if first:
+            typer.echo(f"note: {message}", err=True)
+
+    warnings.showwarning = note  # type: ignore[assignment]
+    try:
+        app()
+    except SpecificationError as error:
+        if first:
+            typer.echo(f"ramiefenics: {error}", err=True)
+        sys.exit(2)

@@ -1,0 +1,55 @@
+"""Shared set-up: a coarse test, and one screening run for all that look at results."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+
+import pytest
+from mpi4py import MPI
+
+from ramiefenics import BendingResult, BendingTest, override, ramie, simulate
+
+
+@pytest.fixture(autouse=True)
+def _no_progress_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+
+
+@pytest.fixture(scope="session")
+def screening() -> BendingTest:
+    """The calibration stalk on the screening recipe."""
+    return override(ramie(14.23, 7.28, 0.67), ["numerics.mesh=screening"])
+
+
+@pytest.fixture(scope="session")
+def coarse(screening: BendingTest) -> BendingTest:
+    """As coarse as it gets, for tests of machinery: 3 mm of travel in a second or two."""
+    return override(
+        screening,
+        [
+            "numerics.mesh.angular_elements=6",
+            "numerics.mesh.wall_elements=1",
+            "numerics.mesh.contact_size_mm=2.0",
+            "protocol.travel_mm=3.0",
+        ],
+    )
+
+
+@pytest.fixture(scope="session")
+def bent(screening: BendingTest) -> BendingResult:
+    """The whole travel at screening resolution, on one rank."""
+    return simulate(screening, comm=MPI.COMM_SELF)
+
+
+@pytest.fixture
+def change() -> Callable[..., BendingTest]:
+    """Replace top-level parts of a test."""
+
+    def apply(test: BendingTest, **parts: object) -> BendingTest:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return dataclasses.replace(test, **parts)
+
+    return apply

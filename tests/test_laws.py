@@ -1,0 +1,162 @@
+"""Hyperelastic laws: linearisation, objectivity, behaviour under large compression."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics import Elastic, FibreCompression, Material
+from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.laws import LAWS
+from ramiefenics.specification.published import PHLOEM, XYLEM
+
+VOIGT = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+
+
+class Point:
+    """One material point: energy, stress and tangent of a law at a given F."""
+
+    def __init__(self, law: str, material: Material) -> None:
+        self._mesh = dmesh.create_unit_cube(
+            MPI.COMM_SELF, 1, 1, 1, cell_type=dmesh.CellType.hexahedron
+        )
+        self._F = fem.Constant(self._mesh, np.eye(3))
+        F = ufl.variable(self._F)
+        parameters = LAWS[law].parameters(material)
+        constants = {name: fem.Constant(self._mesh, value) for name, value in parameters.items()}
+        energy = LAWS[law].energy(F, constants)
+        stress = ufl.diff(energy, F)
+        middle = np.full((1, 3), 0.5)
+        self._expressions = [
+            compile_expression(expression, middle)
+            for expression in (energy, stress, ufl.diff(stress, F))
+        ]
+
+    def _evaluate(self, which: int, F: NDArray[np.float64]) -> NDArray[np.float64]:
+        self._F.value[:] = F
+        cell = np.zeros(1, dtype=np.int32)
+        return np.asarray(self._expressions[which].eval(self._mesh, cell)).reshape(-1)
+
+    def energy(self, F: NDArray[np.float64]) -> float:
+        return float(self._evaluate(0, F)[0])
+
+    def stress(self, F: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._evaluate(1, F).reshape(3, 3)
+
+    def tangent(self, F: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._evaluate(2, F).reshape(3, 3, 3, 3)
+
+
+@pytest.fixture(scope="module", params=sorted(LAWS))
+def law(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def point(law: str) -> Point:
+    return Point(law, PHLOEM)
+
+
+@pytest.mark.filterwarnings("ignore:G_XY_MPa")
+@pytest.mark.parametrize("in_plane_shear", [None, 3.09])
+@pytest.mark.parametrize("base", [XYLEM, PHLOEM])
+def test_linearisation_is_the_stiffness(
+    law: str, base: Material, in_plane_shear: float | None
+) -> None:
+    elastic = dataclasses.replace(base.elastic, G_XY_MPa=in_plane_shear)
+    point = Point(law, dataclasses.replace(base, elastic=elastic))
+    tangent = point.tangent(np.eye(3))
+    voigt = np.array([[tangent[i + j] for j in VOIGT] for i in VOIGT])
+    stiffness = elastic.stiffness()
+    # both are differentiated exactly: round-off relative to the largest entry
+    assert np.abs(voigt - stiffness).max() < 1e-10 * stiffness.max()
+    assert np.abs(point.stress(np.eye(3))).max() < 1e-10 * stiffness.max()
+    assert point.energy(np.eye(3)) == pytest.approx(0.0, abs=1e-12)
+
+
+def _deformed(seed: int) -> NDArray[np.float64]:
+    return np.eye(3) + 0.15 * np.random.default_rng(seed).standard_normal((3, 3))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_energy_does_not_feel_rotation(point: Point, seed: int) -> None:
+    F = _deformed(seed)
+    rotation, _ = np.linalg.qr(_deformed(seed + 100))
+    rotation *= np.sign(np.linalg.det(rotation))
+    assert point.energy(rotation @ F) == pytest.approx(point.energy(F), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_energy_does_not_feel_a_turn_about_the_fibre(point: Point, seed: int) -> None:
+    F, angle = _deformed(seed), 0.7
+    c, s = np.cos(angle), np.sin(angle)
+    about_z = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    assert point.energy(F @ about_z) == pytest.approx(point.energy(F), rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stress_and_tangent_are_derivatives(point: Point, seed: int) -> None:
+    F, direction, step = _deformed(seed), _deformed(seed + 50), 1e-5
+    energy = (point.energy(F + step * direction) - point.energy(F - step * direction)) / 2 / step
+    assert energy == pytest.approx(np.sum(point.stress(F) * direction), rel=1e-6)
+    stress = (point.stress(F + step * direction) - point.stress(F - step * direction)) / 2 / step
+    exact = np.einsum("ijkl,kl", point.tangent(F), direction)
+    assert stress == pytest.approx(exact, rel=1e-5, abs=1e-5 * np.abs(exact).max())
+
+
+def test_svk_gives_way_at_stretch_one_over_root_three() -> None:
+    """Under uniaxial strain P = C11 (lambda^3 - lambda) / 2 has its extremum there."""
+    point = Point("svk", XYLEM)
+    stretch = np.linspace(0.4, 0.95, 551)
+    stress = [point.stress(np.diag([s, 1.0, 1.0]))[0, 0] for s in stretch]
+    assert stretch[int(np.argmin(stress))] == pytest.approx(1 / np.sqrt(3), abs=1e-3)
+    exact = XYLEM.elastic.stiffness()[0, 0] * (0.6**3 - 0.6) / 2
+    assert point.stress(np.diag([0.6, 1.0, 1.0]))[0, 0] == pytest.approx(exact)
+
+
+@pytest.mark.parametrize("law", ["neo_hookean", "saturating_fibre"])
+def test_crushed_layer_stiffens(law: str) -> None:
+    point = Point(law, PHLOEM)
+    stretch = np.linspace(0.1, 1.0, 91)
+    stress = np.array([point.stress(np.diag([1.0, s, 1.0]))[1, 1] for s in stretch])
+    assert np.all(np.diff(stress) > 0)
+
+
+def test_fibre_stress_saturates_in_compression_only() -> None:
+    """w(e) = h e - s_c tanh((k - h) |e| / s_c) for e < 0, linear for e >= 0 (r = 0 without nu)."""
+    elastic = Elastic(E_X_MPa=2.0, E_Z_MPa=2000.0, nu_XY=0.0, nu_XZ=0.0, G_XZ_MPa=30.0)
+    closure = FibreCompression(strength=0.2, residual_tangent=0.5)
+    point = Point("saturating_fibre", Material(elastic, closure))
+
+    def axial(stretch: float) -> float:
+        """Take off the matrix, mu (lambda - 1 / lambda) with mu = E_X / 2 and lambda_Lame = 0."""
+        stress = point.stress(np.diag([1.0, 1.0, stretch]))[2, 2]
+        return float(stress - elastic.E_X_MPa / 2 * (stretch - 1 / stretch))
+
+    k = elastic.E_Z_MPa - elastic.E_X_MPa
+    assert axial(1.05) == pytest.approx(k * 0.05, rel=1e-9)
+    plateau = -0.2 * 30.0 - 0.5 * 30.0 * 0.05
+    assert axial(0.95) == pytest.approx(plateau, rel=1e-6)
+
+
+def test_axial_shear_does_not_weaken_when_crushed() -> None:
+    """With lambda_Y = s, shear stiffness of the quadratic term falls as s^2, of ours not.
+
+    What ours loses is the geometric part of the fibre's compressive stress, which is at most its
+    strength, 0.2 G_XZ.
+    """
+    crushed = np.diag([1.0, 0.5, 1.0])
+
+    def shear(law: str) -> float:
+        return float(Point(law, PHLOEM).tangent(crushed)[1, 2, 1, 2])
+
+    rest = PHLOEM.elastic.G_XZ_MPa
+    assert shear("neo_hookean") < 0.3 * rest + PHLOEM.elastic.E_X_MPa
+    assert shear("saturating_fibre") > (1.0 - PHLOEM.fibre_compression.strength) * rest

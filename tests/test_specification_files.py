@@ -1,0 +1,180 @@
+"""Reading, writing and refusing specifications."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from ramiefenics import BendingTest, SpecificationError, override, ramie, read_test, write_test
+from ramiefenics.cli import main
+
+GOOD = """
+[stalk]
+length_mm = 180.0
+void_diameter_mm = 7.28
+
+[[stalk.layers]]
+name = "xylem"
+outer_diameter_mm = 12.89
+[stalk.layers.material]
+density_g_per_cm3 = 0.95
+[stalk.layers.material.elastic]
+E_X_MPa = 7.67
+E_Z_MPa = 320.0
+nu_XY = 0.32
+nu_XZ = 0.04
+G_XZ_MPa = 69.0
+
+[fixture]
+span_mm = 100.0
+indenter_radius_mm = 5.0
+
+[fixture.friction]
+static = 0.59
+dynamic = 0.12
+
+[protocol]
+travel_mm = 14.0
+
+[numerics]
+domain = "quarter"
+mesh = "screening"
+"""
+
+# what is replaced in GOOD, by what, and what the sentence must say: field, value, what is allowed
+BAD = [
+    ("span_mm = 100.0", "spam_mm = 100.0", "fixture.spam_mm = 100.0 .*nearest .*'span_mm'"),
+    ("span_mm = 100.0", "span_mm = 200.0", "fixture.span_mm = 200.0 must be below .* 180 mm"),
+    ("span_mm = 100.0", "span_mm = -1.0", "fixture.span_mm = -1.0 must be .* above 0 mm"),
+    ("span_mm = 100.0", "span_mm = 18", "fixture.span_mm = 18.0 must be above 20 mm"),
+    ("span_mm = 100.0", 'span_mm = "wide"', "fixture.span_mm = 'wide' must be a number"),
+    ("span_mm = 100.0", "span_mm = nan", "fixture.span_mm = nan must be a number"),
+    ("span_mm = 100.0", "span_mm = true", "fixture.span_mm = True must be a number"),
+    ("radius_mm = 5.0", "radius_mm = 0.0", "indenter_radius_mm = 0.0 must be .* above 0 mm"),
+    ("dynamic = 0.12", "dynamic = 0.7", "friction.dynamic = 0.7 must be at most .* 0.59"),
+    ("static = 0.59", "static = -0.1", "friction.static = -0.1 must be .* at least 0"),
+    ("travel_mm = 14.0", "travel_mm = inf", "protocol.travel_mm = inf must be .* above 0"),
+    ('"quarter"', '"third"', "domain = 'third' must be one of 'quarter', 'half', 'full'"),
+    ('"screening"', '"screning"', "mesh = 'screning' .*nearest is 'screening'"),
+    ("length_mm = 180.0", "", "stalk.length_mm is required but missing"),
+    ("length_mm = 180.0", "length_mm = 0", "stalk.length_mm = 0 must be .* above 0 mm"),
+    ("= 12.89", "= 7.0", "xylem.outer_diameter_mm = 7.0 must be above .* 7.28 mm"),
+    ('name = "xylem"', 'name = "the wood"', "name = 'the wood' must be one word"),
+    ("nu_XZ = 0.04", "nu_XZ = 0.2", "nu_XZ = 0.2 .*positive definite.*eigenvalue.*below 0.0903"),
+    ("nu_XY = 0.32", "nu_XY = 1.0", "elastic.nu_XY = 1.0 must be .* below 1"),
+    ("E_Z_MPa = 320.0", "E_Z_MPa = 0", "elastic.E_Z_MPa = 0 must be .* above 0 MPa"),
+    ("G_XZ_MPa = 69.0", "G_YZ_MPa = 69.0", "G_YZ_MPa = 69.0 .*nearest .* 'G_XZ_MPa'"),
+    ("E_X_MPa = 7.67\n", "", "elastic.E_X_MPa is required but missing"),
+    ("density_g_per_cm3 = 0.95", "density_g_per_cm3 = 0", "density_g_per_cm3 = 0 must be"),
+    ("[[stalk.layers]]", "[stalk.layers]", r"stalk.layers = .* must be a list of tables"),
+    ("[protocol]", "[protocoll]", "protocoll = .*nearest .*'protocol'"),
+    ("[protocol]", "[protocol", "is not valid TOML"),
+    ('domain = "quarter"', "domain = 4", "numerics.domain = 4 must be one of"),
+    ('mesh = "screening"', "mesh = 3", "numerics.mesh = 3 must be a table"),
+]
+
+
+def test_good_file_reads(tmp_path: Path) -> None:
+    path = tmp_path / "good.toml"
+    path.write_text(GOOD)
+    test = read_test(path)
+    assert test.stalk.layers[0].material.elastic.E_Z_MPa == 320.0
+    assert test.numerics.mesh.name == "screening"
+
+
+@pytest.mark.parametrize(("find", "put", "sentence"), BAD)
+def test_bad_file_gets_one_sentence(
+    find: str,
+    put: str,
+    sentence: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert find in GOOD
+    path = tmp_path / "bad.toml"
+    path.write_text(GOOD.replace(find, put, 1))
+    out = tmp_path / "out"
+    monkeypatch.setattr("sys.argv", ["ramiefenics", "bend", str(path), "--out", str(out)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    told = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert re.search(sentence, told)
+    assert told.count("\n") == 1
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["bend", "nowhere.toml"], "nowhere.toml' cannot be read"),
+        (["bend", "table9"], "test = 'table9' must be one of table3"),
+        (["bend", "--mesh", "finest"], "numerics.mesh = 'finest' is no mesh recipe"),
+        (["bend", "--set", "fixture.span_mm"], "must be of the form key=value"),
+        (["bend", "--set", "stalk.layers.bark.outer_diameter_mm=3"], "nearest|known: xylem"),
+        (["bend", "--set", "law=hooke"], "law = 'hooke' must be one of"),
+        (["bend", "--out", "/dev/null/x"], "out = '/dev/null/x' must be a folder"),
+        (["mesh", "stalk.stl"], "out = 'stalk.stl' must end in .msh"),
+    ],
+)
+def test_bad_command_gets_one_sentence(
+    arguments: list[str],
+    sentence: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sys.argv", ["ramiefenics", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    told = [
+        line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")
+    ]
+    assert stop.value.code == 2
+    assert len(told) == 1
+    assert re.search(sentence, told[0])
+
+
+@pytest.mark.filterwarnings("ignore:G_XY_MPa")
+def test_written_file_reads_back_equal(tmp_path: Path) -> None:
+    test = override(
+        ramie(14.23, 7.28, 0.67),
+        ["stalk.layers.phloem.material.elastic.G_XY_MPa=3.09", "law=svk", "numerics.domain=full"],
+    )
+    write_test(test, tmp_path / "test.toml")
+    assert read_test(tmp_path / "test.toml") == test
+
+
+def test_override_reaches_layers_by_name_and_leaves_the_rest() -> None:
+    before = ramie(14.23, 7.28, 0.67)
+    after = override(before, ["stalk.layers.xylem.material.elastic.E_Z_MPa = 300"])
+    assert after.stalk.layers[0].material.elastic.E_Z_MPa == 300.0
+    assert after.stalk.layers[1] == before.stalk.layers[1]
+    assert before.stalk.layers[0].material.elastic.E_Z_MPa == 320.0
+
+
+def test_specification_cannot_be_changed() -> None:
+    test: BendingTest = ramie(14.23, 7.28, 0.67)
+    with pytest.raises(AttributeError):
+        test.law = "svk"  # type: ignore[misc]
+
+
+def test_specification_printed_is_the_one_that_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "sys.argv", ["ramiefenics", "specification", "--set", "fixture.span_mm=90"]
+    )
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code
+    path = tmp_path / "printed.toml"
+    path.write_text(capsys.readouterr().out)
+    assert read_test(path) == override(ramie(14.23, 7.28, 0.67), ["fixture.span_mm=90"])
+
+
+def test_error_names_field_value_and_remedy() -> None:
+    error = SpecificationError("span_mm", 3, "must be above 20 mm").inside("fixture")
+    assert str(error) == "fixture.span_mm = 3 must be above 20 mm."

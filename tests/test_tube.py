@@ -1,0 +1,131 @@
+"""Meshes against the geometry that they stand for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gmsh
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from ramiefenics import BendingTest, Stalk, override
+from ramiefenics.model.grading import axial_positions
+from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube, write_tube
+
+SHARE = {"quarter": 0.25, "half": 0.5, "full": 1.0}
+
+
+def _volume(tube: TubeMesh, layer: int) -> float:
+    dx = ufl.Measure("dx", tube.mesh, subdomain_data=tube.cells)
+    return float(fem.assemble_scalar(fem.form(fem.Constant(tube.mesh, 1.0) * dx(layer))))
+
+
+def _area(tube: TubeMesh, name: str) -> float:
+    ds = ufl.Measure("ds", tube.mesh, subdomain_data=tube.facets)
+    return float(fem.assemble_scalar(fem.form(fem.Constant(tube.mesh, 1.0) * ds(SURFACES[name]))))
+
+
+def _exact_volumes(stalk: Stalk) -> list[float]:
+    areas = np.pi * np.diff(np.square(stalk.radii_mm))
+    return [float(area) * stalk.length_mm for area in areas]
+
+
+@pytest.mark.parametrize("domain", SHARE)
+@pytest.mark.parametrize("void", [7.28, 0.0])
+def test_second_order_tube_has_the_layers_volumes(
+    screening: BendingTest, domain: str, void: float
+) -> None:
+    test = override(
+        screening,
+        [
+            f"numerics.domain={domain}",
+            f"stalk.void_diameter_mm={void}",
+            "numerics.mesh.order=2",
+            "numerics.mesh.contact_size_mm=4.0",
+        ],
+    )
+    tube = build_tube(test, MPI.COMM_SELF)
+    for layer, exact in enumerate(_exact_volumes(test.stalk), start=1):
+        # quadratic arcs of 22.5 degrees leave 1e-4 of the outermost, thin layer
+        assert _volume(tube, layer) == pytest.approx(SHARE[domain] * exact, rel=3e-4)
+
+
+def test_straight_edges_leave_out_what_a_polygon_leaves_out(screening: BendingTest) -> None:
+    tube = build_tube(screening, MPI.COMM_SELF)
+    arc = np.pi / screening.numerics.mesh.angular_elements
+    polygon = np.sin(arc) / arc  # area of a regular polygon over that of its circle
+    for layer, exact in enumerate(_exact_volumes(screening.stalk), start=1):
+        assert _volume(tube, layer) == pytest.approx(0.25 * exact * polygon, rel=1e-10)
+
+
+@pytest.mark.parametrize("domain", SHARE)
+def test_surfaces_cover_the_boundary_once(screening: BendingTest, domain: str) -> None:
+    test = override(screening, [f"numerics.domain={domain}", "numerics.mesh.order=2"])
+    tube = build_tube(test, MPI.COMM_SELF)
+    ds = ufl.Measure("ds", tube.mesh)
+    whole = fem.assemble_scalar(fem.form(fem.Constant(tube.mesh, 1.0) * ds))
+    assert sum(_area(tube, name) for name in SURFACES) == pytest.approx(whole, rel=1e-12)
+    radii, length = test.stalk.radii_mm, test.stalk.length_mm
+    share = SHARE[domain]
+    assert _area(tube, "outer") == pytest.approx(2 * np.pi * radii[-1] * length * share, rel=1e-3)
+    assert _area(tube, "inner") == pytest.approx(2 * np.pi * radii[0] * length * share, rel=1e-3)
+    ring = np.pi * (radii[-1] ** 2 - radii[0] ** 2)
+    sections = {"quarter": (0.5, 0.5), "half": (1.0, 0.0), "full": (2.0, 0.0)}[domain]
+    assert _area(tube, "ends") == pytest.approx(sections[0] * ring, rel=1e-3)
+    assert _area(tube, "symmetry_z") == pytest.approx(sections[1] * ring, rel=1e-3)
+
+
+def test_any_number_of_layers(screening: BendingTest) -> None:
+    xylem, phloem = screening.stalk.layers
+    import dataclasses
+
+    bark = dataclasses.replace(phloem, name="bark", outer_diameter_mm=15.0)
+    for layers in [(phloem,), (xylem, phloem, bark)]:
+        stalk = dataclasses.replace(screening.stalk, layers=layers)
+        tube = build_tube(dataclasses.replace(screening, stalk=stalk), MPI.COMM_SELF)
+        assert sorted(set(tube.cells.values)) == list(range(1, len(layers) + 1))
+
+
+def test_fine_under_the_cylinders_and_coarse_between(screening: BendingTest) -> None:
+    recipe = screening.numerics.mesh
+    z = axial_positions(screening)
+    size, middle = np.diff(z), (z[1:] + z[:-1]) / 2
+    near = (middle < 0.8 * recipe.contact_zone_mm) | (
+        np.abs(middle - 50.0) < 0.8 * recipe.contact_zone_mm
+    )
+    assert size[near].max() <= recipe.contact_size_mm * 1.01
+    assert size.max() > 2.0 * recipe.contact_size_mm
+    assert size.max() <= recipe.coarse_size_mm * 1.01
+    assert (z[0], z[-1]) == (0.0, 90.0)
+    assert np.abs(z - 50.0).min() < 1e-12
+
+
+def test_written_mesh_has_physical_names(screening: BendingTest, tmp_path: Path) -> None:
+    path = tmp_path / "stalk.msh"
+    write_tube(screening, path)
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(path))
+        groups = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
+        nodes = len(gmsh.model.mesh.getNodes()[0])
+    finally:
+        gmsh.finalize()
+    assert groups == {"xylem", "phloem", "outer", "inner", "ends", "symmetry_x", "symmetry_z"}
+    built = build_tube(screening, MPI.COMM_SELF)
+    assert nodes == built.mesh.geometry.x.shape[0]
+
+
+def test_callers_gmsh_session_is_left_alone(screening: BendingTest) -> None:
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add("mine")
+        build_tube(screening, MPI.COMM_SELF)
+        assert gmsh.isInitialized()
+        assert "mine" in gmsh.model.list()
+    finally:
+        gmsh.finalize()
