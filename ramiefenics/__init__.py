@@ -5,7 +5,9 @@ A `BendingTest` says what is bent and how; `simulate` bends it; `write_folder` k
 
 __version__ = "0.1.0"
 
-from ramiefenics.results.folder import write_folder
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import (
@@ -34,6 +36,11 @@ from ramiefenics.specification import (
     write_test,
 )
 
+if TYPE_CHECKING:
+    from ramiefenics.results.figures import curve_figure, section_figure
+    from ramiefenics.results.folder import write_folder
+    from ramiefenics.results.pictures import deformed_picture
+
 __all__ = [
     "BendingResult",
     "BendingTest",
@@ -51,6 +58,8 @@ __all__ = [
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "curve_figure",
+    "deformed_picture",
     "mesh_recipe",
     "override",
     "published_test",
@@ -58,7 +67,22 @@ __all__ = [
     "ramie_at_height",
     "read_test",
     "recipe_names",
+    "section_figure",
     "simulate",
     "write_folder",
     "write_test",
 ]
+
+_DRAWING = {
+    "curve_figure": "figures",
+    "deformed_picture": "pictures",
+    "section_figure": "figures",
+    "write_folder": "folder",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what draws when it is asked for: simulating needs neither Matplotlib nor PyVista."""
+    if name in _DRAWING:
+        return getattr(importlib.import_module(f"{__name__}.results.{_DRAWING[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

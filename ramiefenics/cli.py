@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -86,9 +86,7 @@ def mesh(
 
 
 @app.command()
-def specification(
-    spec: Spec = "table3", mesh: MeshName = None, assign: Assignments = None
-) -> None:
+def specification(spec: Spec = "table3", mesh: MeshName = None, assign: Assignments = None) -> None:
     """Print a specification in full as TOML, to keep and to change."""
     typer.echo(dump_test(load_test(spec, mesh, assign)), nl=False)
 
@@ -118,7 +116,7 @@ def _prepare(folder: Path) -> Path:
 
 
 @contextmanager
-def _progress(test: BendingTest) -> Iterator[object]:
+def _progress(test: BendingTest) -> Iterator[Callable[[Step], None]]:
     """Show travel, force, iterations and time left, on the first rank only."""
     progress = Progress(
         TextColumn("{task.description}"),

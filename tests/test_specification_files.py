@@ -129,9 +129,7 @@ def test_bad_command_gets_one_sentence(
     monkeypatch.setattr("sys.argv", ["ramiefenics", *arguments])
     with pytest.raises(SystemExit) as stop:
         main()
-    told = [
-        line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")
-    ]
+    told = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("note: ")]
     assert stop.value.code == 2
     assert len(told) == 1
     assert re.search(sentence, told[0])
@@ -164,9 +162,7 @@ def test_specification_cannot_be_changed() -> None:
 def test_specification_printed_is_the_one_that_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "sys.argv", ["ramiefenics", "specification", "--set", "fixture.span_mm=90"]
-    )
+    monkeypatch.setattr("sys.argv", ["ramiefenics", "specification", "--set", "fixture.span_mm=90"])
     with pytest.raises(SystemExit) as stop:
         main()
     assert not stop.value.code

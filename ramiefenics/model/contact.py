@@ -123,7 +123,6 @@ class Contact:
         # the inverse inequality behind Nitsche's method scales with order^2 / thickness
         self._gamma_scale = method.stabilisation * solid.order**2 / cell_thickness_mm
         self._stiffness = self._normal_stiffness()
-        self._floor = np.zeros(0)
         self._floor = self._evaluate_stiffness()
         self.update_stabilisation()
         self._sums = self._compile_sums()

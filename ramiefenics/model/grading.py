@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,7 +21,7 @@ def axial_positions(test: BendingTest) -> NDArray[np.float64]:
     ends = (*contacts, test.stalk.length_mm / 2.0)
     pieces = [
         _graded(start, stop, contacts, test.numerics.mesh)
-        for start, stop in zip(ends[:-1], ends[1:], strict=True)
+        for start, stop in itertools.pairwise(ends)
     ]
     z = np.concatenate([pieces[0], pieces[1][1:]])
     return z if test.numerics.domain == "quarter" else np.concatenate([-z[:0:-1], z])
@@ -36,8 +37,6 @@ def _graded(
         distance - recipe.contact_zone_mm, 0.0
     )
     density = 1.0 / np.minimum(size, recipe.coarse_size_mm)
-    count = np.concatenate(
-        [[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))]
-    )
+    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))])
     elements = max(1, int(np.ceil(count[-1] - 1e-9)))
     return np.interp(np.linspace(0.0, count[-1], elements + 1), count, z)

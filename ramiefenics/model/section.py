@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -61,7 +62,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
     arcs: list[list[int]] = []
     for ring, row in zip(rings, points, strict=True):
         arcs.append([])
-        for first, second in zip(row[:-1], row[1:], strict=True):
+        for first, second in itertools.pairwise(row):
             line = (
                 geo.addLine(first, second)
                 if ring.straight
@@ -73,8 +74,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
     surfaces: dict[int, list[int]] = {index: [] for index in range(len(stalk.layers))}
     for i, (layer, count) in enumerate(zip(layers, counts, strict=True)):
         spokes = [
-            geo.addLine(inner, outer)
-            for inner, outer in zip(points[i], points[i + 1], strict=True)
+            geo.addLine(inner, outer) for inner, outer in zip(points[i], points[i + 1], strict=True)
         ]
         if full:
             geo.remove([(1, spokes[-1])])
@@ -127,6 +127,4 @@ def _core(
         spokes[on_axis[-1]] = spokes[on_axis[0]]
     for spoke in set(spokes.values()):
         geo.mesh.setTransfiniteCurve(spoke, per_arc + 1)
-    return [
-        _block([spokes[i], edges[i], edges[i + 1], -spokes[i + 2]]) for i in on_axis[:-1]
-    ]
+    return [_block([spokes[i], edges[i], edges[i + 1], -spokes[i + 2]]) for i in on_axis[:-1]]

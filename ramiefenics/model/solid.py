@@ -75,30 +75,28 @@ class Solid:
         return functions
 
     def gradient(self, displacement: Expr) -> Expr:
-        """Deformation gradient of a displacement, UFL shape (3, 3)."""
+        """Return the deformation gradient of a displacement, UFL shape (3, 3)."""
         return ufl.Identity(3) + ufl.grad(displacement)
 
     def energy_density(self, F: Expr) -> Expr:
-        """Stored energy per undeformed volume, N/mm2."""
+        """Return the stored energy per undeformed volume, N/mm2."""
         return self.law.energy(F, self._parameters)
 
     def stress(self, displacement: Expr) -> Expr:
-        """First Piola-Kirchhoff stress, MPa, UFL shape (3, 3)."""
+        """Return the first Piola-Kirchhoff stress, MPa, UFL shape (3, 3)."""
         F = ufl.variable(self.gradient(displacement))
         return ufl.diff(self.energy_density(F), F)
 
     def energy(self) -> Expr:
-        """Stored energy of the mesh, a UFL functional, N mm."""
+        """Return the stored energy of the mesh, a UFL functional, N mm."""
         return self.energy_density(self.gradient(self.displacement)) * self.dx
 
     def cauchy(self) -> Expr:
-        """Cauchy stress, MPa, UFL shape (3, 3)."""
+        """Return the Cauchy stress, MPa, UFL shape (3, 3)."""
         F = self.gradient(self.displacement)
         return self.stress(self.displacement) * F.T / ufl.det(F)
 
     def symmetry(self, facets: Any, axis: int) -> fem.DirichletBC:
         """Hold one displacement component at zero on facets."""
-        dofs = fem.locate_dofs_topological(
-            self.space.sub(axis), self.mesh.topology.dim - 1, facets
-        )
+        dofs = fem.locate_dofs_topological(self.space.sub(axis), self.mesh.topology.dim - 1, facets)
         return fem.dirichletbc(np.array(0.0), dofs, self.space.sub(axis))

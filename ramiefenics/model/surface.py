@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import ufl
-from dolfinx import fem
-from dolfinx import la
+from dolfinx import fem, la
 from numpy.typing import NDArray
 
 from ramiefenics.model.contact import Contact

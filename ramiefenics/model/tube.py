@@ -78,9 +78,7 @@ def _gmsh_session() -> Iterator[None]:
 def _add_tube(test: BendingTest) -> None:
     z = axial_positions(test)
     numerics = test.numerics
-    section = add_section(
-        test.stalk, numerics.mesh, float(z[0]), full=numerics.domain == "full"
-    )
+    section = add_section(test.stalk, numerics.mesh, float(z[0]), full=numerics.domain == "full")
     volumes = _extrude(section, z)
     gmsh.model.geo.synchronize()
     for index, layer in enumerate(test.stalk.layers):

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.fields import to_grid
 from ramiefenics.solve.result import BendingResult
 
-STYLE = {
+STYLE: Any = {
     "font.size": 10.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.alpha": 0.3,
-    "savefig.dpi": 200,
+    "figure.dpi": 200,
 }
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 """From Okabe and Ito's palette, distinct to colour-blind eyes."""
@@ -28,7 +29,7 @@ BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 STRESS_COLOURS = "RdBu_r"
 
 
-def draw_curve(result: BendingResult, path: Path) -> None:
+def curve_figure(result: BendingResult) -> Figure:
     """Draw force against travel, with the maximum marked where there is one."""
     curve = result.curve
     with mpl.rc_context(STYLE):
@@ -46,56 +47,57 @@ def draw_curve(result: BendingResult, path: Path) -> None:
                 ha="right",
                 color=VERMILION,
             )
-        if not result.completed:
+        if result.failure is not None:
             axes.set_title(result.failure, fontsize=8, color=VERMILION, loc="left", wrap=True)
         axes.set_xlabel("Indenter displacement (mm)")
         axes.set_ylabel("Force (N)")
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
-        figure.savefig(path)
+    return figure
 
 
-def draw_section(result: BendingResult, path: Path) -> None:
-    """Draw the midspan section of the last snapshot over the undeformed one."""
-    snapshot = result.snapshots[-1]
+def section_figure(result: BendingResult, number: int = -1) -> Figure:
+    """Draw the midspan section of a snapshot, the last one by default, over the undeformed one."""
+    snapshot = result.snapshots[number]
     faces, moved, stress = _midspan_faces(snapshot, mirror=result.test.numerics.domain != "full")
     limit = float(np.abs(stress).max())
+    radius = result.test.stalk.outer_diameter_mm / 2.0
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.2, 4.4), layout="constrained")
+        figure = Figure(figsize=(5.5, 5.0), layout="constrained")
         axes = figure.subplots()
+        axes.set_axisbelow(True)
         axes.add_collection(
             PolyCollection(faces, facecolors="none", edgecolors=GREY, linewidths=0.4, alpha=0.7)
         )
         deformed = PolyCollection(moved, array=stress, cmap=STRESS_COLOURS, lw=0.3, ec="k")
         deformed.set_clim(-limit, limit)
         axes.add_collection(deformed)
-        radius = result.test.stalk.outer_diameter_mm / 2.0
-        axes.axhline(radius - snapshot.travel_mm, color=VERMILION, lw=1.5)
+        level = radius - snapshot.travel_mm
+        axes.axhline(level, color=VERMILION, lw=1.5)
         axes.annotate(
             "indenter",
-            (1.45 * radius, radius - snapshot.travel_mm),
+            (1.45 * radius, level),
             xytext=(0, 3),
             textcoords="offset points",
             color=VERMILION,
             ha="right",
         )
-        axes.set_aspect("equal")
-        axes.autoscale_view()
-        axes.set_xlim(-1.5 * radius, 1.5 * radius)
-        axes.set_xlabel("X (mm)")
-        axes.set_ylabel("Y (mm)")
-        axes.set_title(
-            f"Midspan section at {snapshot.travel_mm:.1f} mm of travel (grey: undeformed)",
-            fontsize=10,
-            loc="left",
+        lowest = min(polygon[:, 1].min() for polygon in moved)
+        axes.set(
+            aspect="equal",
+            xlim=(-1.5 * radius, 1.5 * radius),
+            ylim=(lowest - 0.1 * radius, 1.1 * radius),
+            xlabel="X (mm)",
+            ylabel="Y (mm)",
         )
+        axes.set_title(f"Midspan at {snapshot.travel_mm:.1f} mm of travel", fontsize=10)
         figure.colorbar(deformed, ax=axes, label="Axial stress (MPa)", shrink=0.8)
-        figure.savefig(path)
+    return figure
 
 
 def _midspan_faces(
     snapshot: Snapshot, mirror: bool
-) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.float64]]:
     """Return the polygons of the plane Z = 0, undeformed and deformed, and axial stress."""
     grid = to_grid(snapshot)
     positive = grid.extract_cells(grid.cell_centers().points[:, 2] > 0.0)

@@ -7,10 +7,12 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from matplotlib.image import imsave
+
 from ramiefenics.results.fields import write_fields
-from ramiefenics.results.figures import draw_curve, draw_section
+from ramiefenics.results.figures import curve_figure, section_figure
 from ramiefenics.results.manifest import summarise
-from ramiefenics.results.pictures import draw_deformed
+from ramiefenics.results.pictures import deformed_picture
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import write_test
 
@@ -40,11 +42,11 @@ def write_folder(result: BendingResult, folder: str | Path) -> Path:
         summary = json.dumps(summarise(result), indent=2)
         (draft / "summary.json").write_text(summary + "\n", encoding="utf-8")
         write_test(result.test, draft / "specification.toml")
-        draw_curve(result, draft / "curve.png")
+        curve_figure(result).savefig(draft / "curve.png")
         if result.snapshots:
             write_fields(result.snapshots, draft / "fields")
-            draw_section(result, draft / "section.png")
-            draw_deformed(result, draft / "deformed.png")
+            section_figure(result).savefig(draft / "section.png")
+            imsave(draft / "deformed.png", deformed_picture(result))
         for made in sorted(draft.iterdir()):
             place = folder / made.name
             if place.is_dir():

@@ -20,9 +20,7 @@ def summarise(result: BendingResult) -> dict[str, Any]:
     curve = result.curve
     force = curve["force_N"]
     work = float(curve["indenter_work_Nmm"].iloc[-1])
-    spent = float(
-        curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1]
-    )
+    spent = float(curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1])
     imbalance = float((force - curve["support_force_N"]).abs().max())
     return {
         "max_force_N": result.max_force_N,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.fields import to_grid
@@ -15,9 +14,15 @@ from ramiefenics.solve.result import BendingResult
 STEEL = "#9aa5b1"
 
 
-def draw_deformed(result: BendingResult, path: Path) -> None:
-    """Render the last snapshot, axial stress on the deformed tube, cylinders drawn."""
-    snapshot = result.snapshots[-1]
+def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint8]:
+    """Render a snapshot, the last one by default: axial stress on the tube between its cylinders.
+
+    Returns
+    -------
+    numpy.ndarray
+        RGB pixels, shape (900, 1600, 3).
+    """
+    snapshot = result.snapshots[number]
     body = _whole(snapshot, result.test.numerics.domain)
     limit = float(np.percentile(np.abs(body.cell_data["axial_stress"]), 99.5))
     plotter = pv.Plotter(off_screen=True, window_size=[1600, 900])
@@ -27,6 +32,9 @@ def draw_deformed(result: BendingResult, path: Path) -> None:
         scalars="axial_stress",
         cmap=STRESS_COLOURS,
         clim=(-limit, limit),
+        ambient=0.25,
+        diffuse=0.7,
+        silhouette={"color": "#555555", "line_width": 2.0},
         scalar_bar_args={
             "title": "Axial stress (MPa)",
             "color": "black",
@@ -47,11 +55,14 @@ def draw_deformed(result: BendingResult, path: Path) -> None:
         font_size=14,
         color="black",
     )
-    plotter.camera_position = [(170.0, 90.0, 160.0), (0.0, -6.0, 0.0), (0.0, 1.0, 0.0)]
-    plotter.camera.zoom(1.35)
+    length = result.test.stalk.length_mm
+    plotter.camera_position = [(length, 0.3 * length, 0.45 * length), (0, 0, 0), (0, 1, 0)]
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = 0.27 * length
     plotter.enable_anti_aliasing("ssaa")
-    plotter.screenshot(path)
+    pixels = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     plotter.close()
+    return pixels
 
 
 def _force_at(result: BendingResult, travel_mm: float) -> float:

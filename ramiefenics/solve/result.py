@@ -71,19 +71,23 @@ class BendingResult:
         return float(self.curve["force_N"].max())
 
     @property
+    def _peak(self) -> int:
+        return int(self.curve["force_N"].to_numpy().argmax())
+
+    @property
     def displacement_at_max_mm(self) -> float:
         """Travel at the largest force."""
-        return float(self.curve["displacement_mm"][self.curve["force_N"].idxmax()])
+        return float(self.curve["displacement_mm"].iloc[self._peak])
 
     @property
     def has_force_maximum(self) -> bool:
         """Whether the force falls again before the end of the curve."""
-        return bool(self.curve["force_N"].idxmax() < len(self.curve) - 1)
+        return self._peak < len(self.curve) - 1
 
     @property
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
-        before = self.curve.loc[: self.curve["force_N"].idxmax()]
+        before = self.curve.iloc[: self._peak + 1]
         force, travel = before["force_N"], before["displacement_mm"]
         low, high = 0.1 * self.max_force_N, 0.4 * self.max_force_N
         ends = [_crossing(force.tolist(), travel.tolist(), level) for level in (low, high)]

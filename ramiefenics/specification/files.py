@@ -92,9 +92,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     for name, spec in fields.items():
         if name in data:
             values[name] = _convert(hints[name], name, data[name])
-        elif (
-            spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING
-        ):
+        elif spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING:
             raise SpecificationError(name, None, "is required but missing")
     return cls(**values)
 

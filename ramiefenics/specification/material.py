@@ -86,7 +86,7 @@ class Elastic:
 
     def stiffness(self) -> NDArray[np.float64]:
         """Stiffness, shape (6, 6), MPa; the inverse of `compliance`."""
-        return np.linalg.inv(self.compliance())
+        return np.asarray(np.linalg.inv(self.compliance()), dtype=np.float64)
 
     def _check_positive_definite(self) -> None:
         # Scaled to unit diagonal, so that the eigenvalues are pure numbers and the six

@@ -12,10 +12,8 @@ from ramiefenics.specification.numerics import MeshRecipe
 
 
 def recipe_folder() -> Path:
-    """Return the folder of the recipes: beside the package, or inside it once installed."""
-    package = Path(__file__).resolve().parents[1]
-    inside = package / "meshes"
-    return inside if inside.is_dir() else package.parent / "meshes"
+    """Return the folder of the recipes."""
+    return Path(__file__).resolve().parents[1] / "meshes"
 
 
 def recipe_names() -> list[str]:

@@ -1,0 +1,189 @@
+"""The bending simulation: balances, symmetry, robustness, honest failure."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from ramiefenics import BendingResult, BendingTest, override, simulate
+from ramiefenics.solve.quasistatic import Step
+
+
+def _force(result: BendingResult, travel_mm: float) -> float:
+    curve = result.curve
+    return float(np.interp(travel_mm, curve["displacement_mm"], curve["force_N"]))
+
+
+def test_reaches_the_end_of_the_travel(bent: BendingResult) -> None:
+    assert bent.completed
+    assert bent.curve["displacement_mm"].iloc[-1] == 14.0
+    assert np.all(np.diff(bent.curve["displacement_mm"]) > 0)
+
+
+def test_supports_bear_what_the_indenter_presses(bent: BendingResult) -> None:
+    force, support = bent.curve["force_N"], bent.curve["support_force_N"]
+    assert force.iloc[1:].min() > 0
+    assert np.abs(force - support).max() < 1e-3 * force.max()
+
+
+def test_indenter_works_for_what_is_stored_and_rubbed_off(bent: BendingResult) -> None:
+    end = bent.curve.iloc[-1]
+    spent = end["stored_energy_Nmm"] + end["friction_work_Nmm"]
+    # the trapezoidal rule over steps of 1 mm errs by about 0.3 % on this curve
+    assert spent == pytest.approx(end["indenter_work_Nmm"], rel=0.01)
+    assert np.all(np.diff(bent.curve["friction_work_Nmm"]) >= 0)
+
+
+def test_softer_than_the_beam_and_not_by_orders(bent: BendingResult) -> None:
+    """Crushing adds to the beam's compliance: Timoshenko's stiffness bounds the slope.
+
+    48 EI / L^3 with EI of the layers, and 4 G A / L shear coefficient left out.
+    """
+    stalk, span = bent.test.stalk, bent.test.fixture.span_mm
+    radii = np.array(stalk.radii_mm)
+    elastic = [layer.material.elastic for layer in stalk.layers]
+    second_moment = np.pi / 4 * np.diff(radii**4)
+    bending = 48 * np.dot([e.E_Z_MPa for e in elastic], second_moment) / span**3
+    shear = 4 * np.dot([e.G_XZ_MPa for e in elastic], np.pi * np.diff(radii**2)) / span
+    beam = 1 / (1 / bending + 1 / shear)
+    assert 0.1 * beam < bent.slope_N_per_mm < beam
+
+
+def test_section_flattens_and_widens_under_the_indenter(bent: BendingResult) -> None:
+    curve, stalk = bent.curve, bent.test.stalk
+    assert curve["section_height_mm"].iloc[0] == stalk.outer_diameter_mm
+    assert np.all(np.diff(curve["section_height_mm"]) < 0)
+    assert curve["section_width_mm"].iloc[-1] > stalk.outer_diameter_mm
+    assert 0 < curve["void_height_mm"].iloc[-1] < stalk.void_diameter_mm
+
+
+@pytest.mark.parametrize("domain", ["half", "full"])
+@pytest.mark.parametrize("friction", [0.12, 0.0])
+def test_half_and_full_model_give_the_quarter_models_force(
+    coarse: BendingTest, domain: str, friction: float
+) -> None:
+    """Without friction nothing but the tangent's shift holds the full stalk."""
+    test = override(
+        coarse, [f"fixture.friction.static={friction}", f"fixture.friction.dynamic={friction}"]
+    )
+    whole = override(test, [f"numerics.domain={domain}"])
+    quarter, other = simulate(test, MPI.COMM_SELF), simulate(whole, MPI.COMM_SELF)
+    assert other.completed
+    # the same discrete problem: equal to the Newton tolerance, far below the 0.5 % required
+    assert other.curve["force_N"].to_numpy() == pytest.approx(
+        quarter.curve["force_N"].to_numpy(), rel=1e-5
+    )
+    for column in ("indenter_contact_width_mm", "indenter_contact_length_mm", "stored_energy_Nmm"):
+        expected = quarter.curve[column].iloc[-1]
+        assert expected > 0
+        assert other.curve[column].iloc[-1] == pytest.approx(expected, rel=1e-4)
+
+
+def test_friction_stiffens_little(coarse: BendingTest) -> None:
+    """The contact forces are nearly vertical: friction 0.12 changes the force by a few per cent."""
+    none = override(coarse, ["fixture.friction.static=0", "fixture.friction.dynamic=0"])
+    some = override(coarse, ["fixture.friction.static=0.12", "fixture.friction.dynamic=0.12"])
+    slick, rough = simulate(none, MPI.COMM_SELF), simulate(some, MPI.COMM_SELF)
+    assert 1.0 < rough.max_force_N / slick.max_force_N < 1.05
+    assert slick.curve["friction_work_Nmm"].iloc[-1] == 0.0
+    assert rough.curve["friction_work_Nmm"].iloc[-1] > 0.0
+
+
+@pytest.mark.parametrize("stabilisation", [2.0, 100.0])
+def test_force_hardly_feels_the_stabilisation(coarse: BendingTest, stabilisation: float) -> None:
+    """Nitsche's method is consistent: what gamma changes vanishes with the mesh, here 2 %."""
+    changed = override(coarse, [f"numerics.contact.stabilisation={stabilisation}"])
+    usual, other = simulate(coarse, MPI.COMM_SELF), simulate(changed, MPI.COMM_SELF)
+    assert other.max_force_N == pytest.approx(usual.max_force_N, rel=0.02)
+
+
+def test_solid_core_is_stiffer_than_the_tube(coarse: BendingTest) -> None:
+    solid = override(coarse, ["stalk.void_diameter_mm=0"])
+    result = simulate(solid, MPI.COMM_SELF)
+    assert result.completed
+    assert result.max_force_N > simulate(coarse, MPI.COMM_SELF).max_force_N
+    assert result.curve["void_height_mm"].isna().all()
+
+
+def test_snapshots_hold_the_fields_of_contact(bent: BendingResult) -> None:
+    last = bent.snapshots[-1]
+    assert [s.travel_mm for s in bent.snapshots] == [2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]
+    state, pressure = last.point_data["contact_state"], last.point_data["contact_pressure"]
+    assert set(state) <= {0, 1, 2}
+    assert np.all(pressure[state > 0] > 0)
+    assert np.all(state[pressure == 0] == 0)
+    touching = last.points[state > 0]
+    assert np.all(touching[touching[:, 2] < 25.0, 1] > 0)  # indenter above
+    assert np.all(touching[touching[:, 2] > 25.0, 1] < 0)  # support below
+    assert last.cell_data["volume_ratio"].min() > 0
+
+
+def test_collapsing_material_ends_with_a_reason_and_keeps_the_curve(coarse: BendingTest) -> None:
+    """St. Venant-Kirchhoff has no equilibrium once a layer is crushed to 1/sqrt(3)."""
+    test = override(
+        coarse,
+        [
+            "law=svk",
+            "protocol.travel_mm=14",
+            "numerics.stepping.min_step_mm=0.02",
+            "fixture.indenter_radius_mm=2.5",
+        ],
+    )
+    result = simulate(test, MPI.COMM_SELF)
+    assert not result.completed
+    assert result.failure is not None
+    reached = result.curve["displacement_mm"].iloc[-1]
+    assert 0.0 < reached < 14.0
+    assert f"beyond {reached:.3f} mm" in result.failure
+    assert result.statistics.cut_backs > 0
+
+
+def test_interrupt_keeps_what_was_done(coarse: BendingTest) -> None:
+    import os
+    import signal
+
+    def interrupt(step: Step) -> None:
+        if step.travel_mm >= 1.0:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    result = simulate(coarse, MPI.COMM_SELF, on_step=interrupt)
+    assert not result.completed
+    assert "interrupted" in str(result.failure)
+    assert 1.0 <= result.curve["displacement_mm"].iloc[-1] < 3.0
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_one_compilation_serves_all_specifications(
+    coarse: BendingTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Geometry and constants are data: another stalk finds every form in the cache."""
+    from dolfinx import jit
+
+    simulate(coarse, MPI.COMM_SELF)
+    names: list[str] = []
+    original = jit.ffcx_jit
+
+    def counting(*args: object, **kwargs: object) -> object:
+        compiled = original(*args, **kwargs)
+        names.append(compiled[1].__name__)
+        return compiled
+
+    monkeypatch.setattr(jit, "ffcx_jit", counting)
+    simulate(dataclasses.replace(coarse, protocol=coarse.protocol), MPI.COMM_SELF)
+    first, names[:] = list(names), []
+    other = override(
+        coarse,
+        [
+            "stalk.layers.phloem.outer_diameter_mm=15",
+            "stalk.layers.phloem.material.elastic.E_Z_MPa=1500",
+            "fixture.support_radius_mm=8",
+            "numerics.mesh.angular_elements=8",
+        ],
+    )
+    simulate(other, MPI.COMM_SELF)
+    assert first
+    assert names == first

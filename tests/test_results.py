@@ -1,0 +1,133 @@
+"""What a run leaves on disk, and what the command line says."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import pyvista as pv
+from matplotlib import image
+
+from ramiefenics import BendingResult, BendingTest, read_test, write_folder, write_test
+from ramiefenics.cli import main
+from ramiefenics.results import folder as folder_module
+
+
+@pytest.fixture(scope="module")
+def folder(bent: BendingResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_folder(bent, tmp_path_factory.mktemp("run") / "deep" / "out")
+
+
+def test_curve_reads_back(folder: Path, bent: BendingResult) -> None:
+    curve = pd.read_csv(folder / "curve.csv")
+    assert list(curve.columns) == list(bent.curve.columns)
+    assert curve.to_numpy() == pytest.approx(bent.curve.to_numpy(), rel=1e-7, abs=1e-12)
+
+
+def test_summary_repeats_the_run(folder: Path, bent: BendingResult) -> None:
+    summary = json.loads((folder / "summary.json").read_text())
+    curve = bent.curve
+    peak = curve["force_N"].idxmax()
+    assert summary["max_force_N"] == curve["force_N"][peak]
+    assert summary["displacement_at_max_mm"] == curve["displacement_mm"][peak]
+    assert summary["completed"] is True
+    assert summary["force_imbalance"] < 1e-3
+    assert summary["mesh"] == "screening"
+    assert {"dolfinx", "petsc4py", "numpy", "ramiefenics"} <= set(summary["versions"])
+    assert read_test(folder / "specification.toml") == bent.test
+
+
+@pytest.mark.parametrize("name", ["curve", "deformed", "section"])
+def test_pictures_show_something(folder: Path, name: str) -> None:
+    pixels = image.imread(folder / f"{name}.png")[..., :3]
+    assert min(pixels.shape[:2]) > 400
+    background = np.all(pixels > 0.99, axis=2).mean()
+    assert 0.2 < background < 0.98
+
+
+def test_paraview_reads_the_fields(folder: Path, bent: BendingResult) -> None:
+    reader = pv.get_reader(folder / "fields" / "bend.pvd")
+    assert reader.time_values == [s.travel_mm for s in bent.snapshots]
+    reader.set_active_time_value(14.0)
+    grid = reader.read()[0]
+    assert grid.n_cells == bent.statistics.cells
+    assert {"displacement", "contact_pressure", "contact_state"} <= set(grid.point_data)
+    assert {"von_mises", "axial_stress", "layer"} <= set(grid.cell_data)
+    moved = grid.warp_by_vector("displacement")
+    assert moved.compute_cell_sizes()["Volume"].min() > 0
+
+
+def test_slope_is_the_secant_between_10_and_40_per_cent(bent: BendingResult) -> None:
+    import dataclasses
+
+    travel = np.linspace(0.0, 10.0, 21)
+    curve = pd.DataFrame({"displacement_mm": travel, "force_N": 7.0 * travel})
+    assert dataclasses.replace(bent, curve=curve).slope_N_per_mm == pytest.approx(7.0)
+
+
+def test_failed_writing_leaves_nothing_half_written(
+    bent: BendingResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_folder(bent, tmp_path)
+    before = sorted(p.name for p in tmp_path.iterdir())
+
+    def fail(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr(folder_module, "deformed_picture", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_folder(bent, tmp_path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_command_writes_the_folder_and_reports(
+    coarse: BendingTest,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spec, out = tmp_path / "coarse.toml", tmp_path / "out"
+    write_test(coarse, spec)
+    monkeypatch.setattr(
+        "sys.argv",
+        ["ramiefenics", "bend", str(spec), "--out", str(out), "--set", "law=neo_hookean"],
+    )
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code
+    told = capsys.readouterr().out
+    assert "N at" in told
+    assert str(out) in told.replace("\n", "")
+    assert read_test(out / "specification.toml").law == "neo_hookean"
+    assert (out / "fields" / "bend.pvd").is_file()
+
+
+def test_command_that_does_not_complete_keeps_results_and_exits_1(
+    coarse: BendingTest,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spec, out = tmp_path / "coarse.toml", tmp_path / "out"
+    write_test(coarse, spec)
+    arguments = ["bend", str(spec), "--out", str(out)]
+    assignments = [
+        "law=svk",
+        "protocol.travel_mm=14",
+        "numerics.stepping.min_step_mm=0.05",
+        "fixture.indenter_radius_mm=2.5",
+    ]
+    for assignment in assignments:
+        arguments += ["--set", assignment]
+    monkeypatch.setattr("sys.argv", ["ramiefenics", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 1
+    assert "not completed: no equilibrium found beyond" in capsys.readouterr().err
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["completed"] is False
+    assert 0 < summary["reached_mm"] < 14
+    assert len(pd.read_csv(out / "curve.csv")) == summary["steps"] + 1
