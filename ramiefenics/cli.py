@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from ramiefenics.solve.result import BendingResult
 
 app = typer.Typer(
-    help="Bend plant stalks on a computer.", no_args_is_help=True, pretty_exceptions_enable=False
+    help="Bend plant stalks on a computer.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
 )
 
 Spec = Annotated[
@@ -144,9 +147,9 @@ def _progress(test: BendingTest) -> Iterator[Callable[[Step], None]]:
 
 def _report(result: BendingResult, folder: Path) -> None:
     statistics = result.statistics
-    peak = "maximum" if result.has_force_maximum else "still rising, largest"
+    peak = "force maximum" if result.has_force_maximum else "force still rising at the end,"
     typer.echo(
-        f"force {peak} {result.max_force_N:.2f} N at {result.displacement_at_max_mm:.2f} mm; "
+        f"{peak} {result.max_force_N:.2f} N at {result.displacement_at_max_mm:.2f} mm; "
         f"slope {result.slope_N_per_mm:.2f} N/mm"
     )
     typer.echo(

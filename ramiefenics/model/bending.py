@@ -15,7 +15,8 @@ from ramiefenics.specification import BendingTest
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
 """From the modelled part to the whole stalk."""
 
-INDENTER, SUPPORT = "indenter", "support"
+INDENTER, SUPPORT, OTHER_SUPPORT = "indenter", "support", "other_support"
+"""Names of the cylinders; the other support is that at Z < 0, if the model has it."""
 
 
 class BendingProblem:
@@ -93,8 +94,9 @@ class BendingProblem:
                 INDENTER, top, 0.0, fixture.indenter_radius_mm, outer[(y > 0) & (abs(z) < reach)]
             )
         ]
-        for side in (1.0,) if self.test.numerics.domain == "quarter" else (1.0, -1.0):
-            facets = outer[(y < 0) & (side * z > reach)]
-            at = side * fixture.span_mm / 2.0
-            cylinders.append(Cylinder(SUPPORT, bottom, at, fixture.support_radius_mm, facets))
+        for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
+            if name == SUPPORT or self.test.numerics.domain != "quarter":
+                facets = outer[(y < 0) & (side * z > reach)]
+                at = side * fixture.span_mm / 2.0
+                cylinders.append(Cylinder(name, bottom, at, fixture.support_radius_mm, facets))
         return tuple(cylinders)

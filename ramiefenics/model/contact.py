@@ -43,7 +43,7 @@ class Cylinder:
     Attributes
     ----------
     name
-        For results.
+        A name of its own.
     y_mm, z_mm
         Axis at the start.
     radius_mm
@@ -69,10 +69,17 @@ class ContactSums:
         Force on the stalk along Y.
     friction_work_Nmm
         Dissipated by friction in the last step.
+    area_mm2
+        Touching area, undeformed.
+    first_mm3, second_mm4
+        Its first and second moments, (X, Z) in deformed position.
     """
 
     force_y_N: float
     friction_work_Nmm: float
+    area_mm2: float
+    first_mm3: tuple[float, float]
+    second_mm4: tuple[float, float]
 
 
 class Contact:
@@ -252,17 +259,20 @@ class Contact:
         self._last_travel.value = float(self._travel.value)
 
     def _compile_sums(self) -> fem.Form:
-        space = fem.functionspace(self.solid.mesh, ("DG", 0, (2,)))
-        w = ufl.TestFunction(space)
+        w = ufl.TestFunction(fem.functionspace(self.solid.mesh, ("DG", 0, (7,))))
         work = -ufl.dot(self.friction, self._slip)
-        return compile_form((self.traction[1] * w[0] + work * w[1]) * self.ds)
+        touching, _ = self.states()
+        x = ufl.SpatialCoordinate(self.solid.mesh) + self.solid.displacement
+        moments = (1.0, x[0], x[2], x[0] ** 2, x[2] ** 2)
+        values = (self.traction[1], work, *(touching * moment for moment in moments))
+        return compile_form(ufl.dot(ufl.as_vector(values), w) * self.ds)
 
     def sums(self) -> dict[str, ContactSums]:
-        """Force and friction work per cylinder, by name; cylinders of one name add up."""
-        values = fem.assemble_vector(self._sums).array.reshape(-1, 2)
-        comm = self.solid.mesh.comm
-        totals: dict[str, NDArray[np.float64]] = {}
+        """Return what each cylinder bears, by name; collective."""
+        values = fem.assemble_vector(self._sums).array.reshape(-1, 7)
+        sums = {}
         for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
-            total = np.asarray(comm.allreduce(values[cells].sum(axis=0), op=MPI.SUM))
-            totals[cylinder.name] = totals.get(cylinder.name, 0.0) + total
-        return {name: ContactSums(*map(float, total)) for name, total in totals.items()}
+            local = values[cells].sum(axis=0)
+            force, work, area, x, z, xx, zz = self.solid.mesh.comm.allreduce(local, op=MPI.SUM)
+            sums[cylinder.name] = ContactSums(force, work, area, (x, z), (xx, zz))
+        return sums

@@ -2,17 +2,42 @@
 
 from __future__ import annotations
 
+import hashlib
+import platform
+from pathlib import Path
 from typing import Any
 
 from dolfinx import fem
-from ufl.algorithms import strip_variables
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
+
+
+def _processor() -> str:
+    """Return a short key of what the processor can do.
+
+    Code compiled for this processor may crash another one with the same home folder, hence the
+    same cache; an unused macro of that value keeps the two apart.
+    """
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.machine()
+    flags = next((line for line in lines if line.startswith(("flags", "Features"))), "")
+    return hashlib.sha256(flags.encode()).hexdigest()[:12]
+
 
 JIT_OPTIONS = {
     # fast-math vectorises the kernels; NaN must stay NaN, as it tells Newton's method that an
     # element has turned inside out.
-    "cffi_extra_compile_args": ["-O3", "-march=native", "-ffast-math", "-fno-finite-math-only"],
+    "cffi_extra_compile_args": [
+        "-O3",
+        "-march=native",
+        "-ffast-math",
+        "-fno-finite-math-only",
+        f"-DPROCESSOR_{_processor()}",
+    ],
     "cffi_libraries": ["m"],
 }
 
@@ -22,11 +47,22 @@ def compile_form(form: Any) -> Any:
     return fem.form(form, jit_options=JIT_OPTIONS)
 
 
+class _WithoutVariables(MultiFunction):
+    """Replaces `ufl.variable` by what it labels."""
+
+    expr = MultiFunction.reuse_if_untouched
+
+    def variable(self, o: Any, operand: Any, label: Any) -> Any:
+        """Return the labelled expression."""
+        return operand
+
+
 def compile_expression(expression: Any, points: Any) -> fem.Expression:
     """Compile a UFL expression at points of the reference cell, or take it from the cache.
 
     Derivatives are applied here because the running number of a `ufl.variable` would otherwise
     enter the expression's signature, and with it every one would be compiled anew.
     """
-    expression = strip_variables(apply_derivatives(apply_algebra_lowering(expression)))
+    expression = apply_derivatives(apply_algebra_lowering(expression))
+    expression = map_expr_dag(_WithoutVariables(), expression)
     return fem.Expression(expression, points, jit_options=JIT_OPTIONS)

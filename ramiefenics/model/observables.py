@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ramiefenics.model.bending import INDENTER, SUPPORT, BendingProblem
+from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.jit import compile_form
-from ramiefenics.model.surface import NO_CONTACT, SurfaceFields
+from ramiefenics.model.surface import SurfaceFields
 from ramiefenics.model.tube import SURFACES
 
 
@@ -24,9 +26,10 @@ class Observables:
     force_N, support_force_N
         Pressed by the indenter, borne by both supports.
     indenter_contact_length_mm, indenter_contact_width_mm
-        Extent of the touching vertices along Z and along X.
+        Extent of the touching area along Z and along X: four standard deviations, which are the
+        axes of an ellipse.
     support_contact_length_mm, support_contact_width_mm
-        The same on one support.
+        The same on the support at Z > 0.
     section_height_mm, section_width_mm
         Extent of the midspan section along Y and X.
     void_height_mm
@@ -85,40 +88,38 @@ class Observer:
     def observe(self) -> Observables:
         """Measure the current state."""
         problem, comm = self.problem, self.problem.tube.mesh.comm
+        domain = problem.test.numerics.domain
         sums = problem.contact.sums()
-        _, state = self.surface.evaluate()
         position = self._at + self.vertex_displacement()
-        touching = position[state != NO_CONTACT]
-        middle = np.abs(touching[:, 2]) < problem.test.fixture.span_mm / 4.0
-        indenter = self._extent(touching[middle])
-        support = self._extent(touching[~middle & (touching[:, 2] > 0.0)])
+        mirrored = (domain != "full", domain == "quarter")
+        indenter = _axes(sums[INDENTER], mirrored)
+        support = _axes(sums[SUPPORT], (mirrored[0], False))
+        supports = sum(s.force_y_N for name, s in sums.items() if name != INDENTER)
         section = self._extent(position[self._section])
         stored = comm.allreduce(fem.assemble_scalar(self._energy), op=MPI.SUM) * problem.factor
         work = sum(s.friction_work_Nmm for s in sums.values()) * problem.factor
-        mirrored_x = 1.0 if problem.test.numerics.domain == "full" else 2.0
-        mirrored_z = 2.0 if problem.test.numerics.domain == "quarter" else 1.0
         return Observables(
             force_N=-sums[INDENTER].force_y_N * problem.factor,
-            support_force_N=sums[SUPPORT].force_y_N * problem.factor,
-            indenter_contact_length_mm=mirrored_z * indenter[2],
-            indenter_contact_width_mm=mirrored_x * indenter[0],
-            support_contact_length_mm=support[2],
-            support_contact_width_mm=mirrored_x * support[0],
+            support_force_N=supports * problem.factor,
+            indenter_contact_length_mm=indenter[1],
+            indenter_contact_width_mm=indenter[0],
+            support_contact_length_mm=support[1],
+            support_contact_width_mm=support[0],
             section_height_mm=section[1],
-            section_width_mm=mirrored_x * section[0],
+            section_width_mm=section[0] * (2.0 if mirrored[0] else 1.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
         )
 
     def _extent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Size of the box around points of all ranks, shape (3,); zeros without any."""
+        """Size of the box around points of all ranks, shape (3,)."""
         comm = self.problem.tube.mesh.comm
         low = points.min(axis=0) if len(points) else np.full(3, np.inf)
         high = points.max(axis=0) if len(points) else np.full(3, -np.inf)
         comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
         comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
-        return high - low if np.all(np.isfinite(low)) else np.zeros(3)
+        return high - low
 
     def _void_height(self, position: NDArray[np.float64]) -> float:
         """Distance of the lowest roof point from the highest floor point of the void."""
@@ -133,3 +134,18 @@ class Observer:
         """Mark the bore's vertices near X = 0, where roof and floor would meet first."""
         x = np.abs(self._at[self._bore, 0])
         return x < 0.3 * self.problem.test.stalk.void_diameter_mm / 2.0
+
+
+def _axes(sums: ContactSums, mirrored: tuple[bool, bool]) -> tuple[float, float]:
+    """Return the axes along X and Z of the ellipse with the touching area's second moments.
+
+    Where a symmetry plane cuts the area, its mean is on that plane.
+    """
+    if sums.area_mm2 == 0.0:
+        return 0.0, 0.0
+    variances = (
+        second / sums.area_mm2 - (0.0 if on_plane else first / sums.area_mm2) ** 2
+        for first, second, on_plane in zip(sums.first_mm3, sums.second_mm4, mirrored, strict=True)
+    )
+    x, z = (4.0 * math.sqrt(max(variance, 0.0)) for variance in variances)
+    return x, z

@@ -196,5 +196,6 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
     if last not in fields:
         error = _unknown(last, value, fields or [entry["name"] for entry in target])
         raise error.inside(walked) if walked else error
-    named_recipe = last == "mesh" and isinstance(value, str)
-    target[last] = to_dict(mesh_recipe(value)) if named_recipe else value
+    if last == "mesh" and isinstance(value, str):  # in full, so that its parts can be set next
+        value = to_dict(_convert(MeshRecipe, key, value))
+    target[last] = value
