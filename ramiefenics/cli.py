@@ -36,9 +36,7 @@ app = typer.Typer(
 
 Spec = Annotated[
     str,
-    typer.Argument(
-        help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}.", show_default=True
-    ),
+    typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
 ]
 MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
 Assignments = Annotated[

@@ -46,6 +46,12 @@ def test_stalk_at_height_interpolates_table_1() -> None:
     assert (outer**2 - wood**2) / (outer**2 - inner**2) == pytest.approx(0.2142)
 
 
+@pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+def test_height_by_name() -> None:
+    assert published_test("height-69cm") == ramie_at_height(69.0)
+    assert published_test("height-12.5cm") == ramie_at_height(12.5)
+
+
 @pytest.mark.parametrize("height", [-1.0, 151.0])
 def test_height_outside_table_1_is_refused(height: float) -> None:
     with pytest.raises(SpecificationError, match="between 0 and 150"):

@@ -1,13 +1,13 @@
 """What is tested: immutable dataclasses that compose, read from and written to TOML."""
 
-from ramiefenics.specification.bending_test import BendingTest
+from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
 from ramiefenics.specification.fixture import Fixture, Friction, Protocol
 from ramiefenics.specification.material import Elastic, FibreCompression, Material
-from ramiefenics.specification.numerics import ContactMethod, MeshRecipe, Numerics, Stepping
+from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
+from ramiefenics.specification.numerics import ContactMethod, Numerics, Stepping
 from ramiefenics.specification.published import published_test, ramie, ramie_at_height
-from ramiefenics.specification.recipes import mesh_recipe, recipe_names
 from ramiefenics.specification.stalk import Layer, Stalk
 
 __all__ = [

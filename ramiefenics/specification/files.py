@@ -13,10 +13,9 @@ from typing import Any, TypeVar
 
 import tomli_w
 
-from ramiefenics.specification.bending_test import BendingTest
+from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.numerics import MeshRecipe
-from ramiefenics.specification.recipes import mesh_recipe
+from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
 T = TypeVar("T")
 

@@ -10,60 +10,7 @@ from ramiefenics.specification.checks import (
     check_integer,
     check_number,
 )
-from ramiefenics.specification.errors import SpecificationError
-
-
-@dataclass(frozen=True)
-class MeshRecipe:
-    """How finely the tube is cut into hexahedra.
-
-    The recipes in the folder `meshes` state cost and accuracy of each.
-
-    Attributes
-    ----------
-    name
-        The recipe's name.
-    order
-        Polynomial order of displacement and geometry, 1 or 2.
-    angular_elements
-        Elements along half the circumference; even.
-    wall_elements
-        Elements through the layers inside the outermost one, shared out by thickness, at least
-        one each (a solid core is cut by its own block on top of it).
-    rind_elements
-        Elements through the outermost layer.
-    contact_size_mm
-        Element length along Z under the cylinders.
-    contact_zone_mm
-        Half length of the zone with that element length around each cylinder.
-    growth
-        Element length gained per mm of distance from the nearest zone.
-    coarse_size_mm
-        Largest element length along Z.
-    """
-
-    order: int
-    angular_elements: int
-    wall_elements: int
-    rind_elements: int
-    contact_size_mm: float
-    contact_zone_mm: float
-    growth: float
-    coarse_size_mm: float
-    name: str = "custom"
-
-    def __post_init__(self) -> None:
-        """Check counts and sizes."""
-        check_choice(self, "order", (1, 2))
-        check_integer(self, "angular_elements", 2)
-        if self.angular_elements % 2:
-            raise SpecificationError("angular_elements", self.angular_elements, "must be even")
-        check_integer(self, "wall_elements", 1)
-        check_integer(self, "rind_elements", 1)
-        check_number(self, "contact_size_mm", above=0.0, unit="mm")
-        check_number(self, "contact_zone_mm", at_least=0.0, unit="mm")
-        check_number(self, "growth", at_least=0.0)
-        check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
+from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
 
 @dataclass(frozen=True)
@@ -129,12 +76,6 @@ class Stepping:
 DOMAINS = ("quarter", "half", "full")
 
 
-def _standard_mesh() -> MeshRecipe:
-    from ramiefenics.specification.recipes import mesh_recipe  # which needs MeshRecipe
-
-    return mesh_recipe("standard")
-
-
 @dataclass(frozen=True)
 class Numerics:
     """Everything that a better computer would make finer without changing the question.
@@ -149,7 +90,7 @@ class Numerics:
     """
 
     domain: str = "quarter"
-    mesh: MeshRecipe = field(default_factory=_standard_mesh)
+    mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("standard"))
     contact: ContactMethod = field(default_factory=ContactMethod)
     stepping: Stepping = field(default_factory=Stepping)
 

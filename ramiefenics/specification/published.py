@@ -6,10 +6,11 @@ Source: "Bending mechanics test and parameters calibration of ramie stalks", Tab
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Callable
 
-from ramiefenics.specification.bending_test import BendingTest
+from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.material import Elastic, Material
 from ramiefenics.specification.stalk import Layer, Stalk
@@ -86,24 +87,31 @@ PUBLISHED: dict[str, Callable[[], BendingTest]] = {
     "table8-1": _table_8(0),
     "table8-2": _table_8(1),
     "table8-3": _table_8(2),
-    # the middles of the three sampling positions
-    "height-19cm": lambda: ramie_at_height(19.0),
-    "height-69cm": lambda: ramie_at_height(69.0),
-    "height-119cm": lambda: ramie_at_height(119.0),
 }
+"""By name; besides, ``height-69cm`` and the like name the stalk at a height above ground."""
 
 
 def published_test(name: str) -> BendingTest:
-    """Return a published test by its name in `PUBLISHED`, with a warning on its contradiction.
+    """Return a published test by its name, with a warning on its contradiction.
+
+    Parameters
+    ----------
+    name
+        A key of `PUBLISHED`, or ``height-Hcm`` with H the height above ground, Table 1.
 
     Raises
     ------
     SpecificationError
         If there is none of that name.
     """
-    if name not in PUBLISHED:
-        raise SpecificationError("test", name, f"must be one of {', '.join(PUBLISHED)}")
-    test = PUBLISHED[name]()
+    height = re.fullmatch(r"height-(\d+(?:\.\d+)?)cm", name)
+    if height:
+        test = ramie_at_height(float(height[1]))
+    elif name in PUBLISHED:
+        test = PUBLISHED[name]()
+    else:
+        known = ", ".join(PUBLISHED)
+        raise SpecificationError("test", name, f"must be one of {known}, height-69cm or the like")
     warnings.warn(
         f"Table 3 prints G_XY = {PHLOEM_G_XY_PRINTED_MPA} MPa for the phloem, but the paper's "
         f"Eq. 4 gives {PHLOEM.elastic.G_XY:.2f} MPa, which is used; for the printed value set "

@@ -1,0 +1,95 @@
+"""How finely the tube is cut; recipes by name, from the folder `meshes`."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramiefenics.specification.checks import check_choice, check_integer, check_number
+from ramiefenics.specification.errors import SpecificationError
+
+
+@dataclass(frozen=True)
+class MeshRecipe:
+    """How finely the tube is cut into hexahedra.
+
+    The recipes in the folder `meshes` state cost and accuracy of each.
+
+    Attributes
+    ----------
+    name
+        The recipe's name.
+    order
+        Polynomial order of displacement and geometry, 1 or 2.
+    angular_elements
+        Elements along half the circumference; even.
+    wall_elements
+        Elements through the layers inside the outermost one, shared out by thickness, at least
+        one each (a solid core is cut by its own block on top of it).
+    rind_elements
+        Elements through the outermost layer.
+    contact_size_mm
+        Element length along Z under the cylinders.
+    contact_zone_mm
+        Half length of the zone with that element length around each cylinder.
+    growth
+        Element length gained per mm of distance from the nearest zone.
+    coarse_size_mm
+        Largest element length along Z.
+    """
+
+    order: int
+    angular_elements: int
+    wall_elements: int
+    rind_elements: int
+    contact_size_mm: float
+    contact_zone_mm: float
+    growth: float
+    coarse_size_mm: float
+    name: str = "custom"
+
+    def __post_init__(self) -> None:
+        """Check counts and sizes."""
+        check_choice(self, "order", (1, 2))
+        check_integer(self, "angular_elements", 2)
+        if self.angular_elements % 2:
+            raise SpecificationError("angular_elements", self.angular_elements, "must be even")
+        check_integer(self, "wall_elements", 1)
+        check_integer(self, "rind_elements", 1)
+        check_number(self, "contact_size_mm", above=0.0, unit="mm")
+        check_number(self, "contact_zone_mm", at_least=0.0, unit="mm")
+        check_number(self, "growth", at_least=0.0)
+        check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
+
+
+def recipe_folder() -> Path:
+    """Return the folder of the recipes."""
+    return Path(__file__).resolve().parents[1] / "meshes"
+
+
+def recipe_names() -> list[str]:
+    """Return the names of all recipes, sorted."""
+    return sorted(path.stem for path in recipe_folder().glob("*.toml"))
+
+
+@functools.cache
+def mesh_recipe(name: str) -> MeshRecipe:
+    """Return the recipe of that name.
+
+    Raises
+    ------
+    SpecificationError
+        If there is none.
+    """
+    if name not in recipe_names():
+        near = difflib.get_close_matches(name, recipe_names(), n=1)
+        hint = f", the nearest is {near[0]!r}" if near else ""
+        raise SpecificationError(
+            "", name, f"is no mesh recipe{hint}; known: {', '.join(recipe_names())}"
+        )
+    with (recipe_folder() / f"{name}.toml").open("rb") as stream:
+        data = tomllib.load(stream)
+    return MeshRecipe(name=name, **data)
