@@ -10,10 +10,20 @@ import pandas as pd
 import pytest
 import pyvista as pv
 from matplotlib import image
+from mpi4py import MPI
 
-from ramiefenics import BendingResult, BendingTest, read_test, write_folder, write_test
+from ramiefenics import (
+    BendingResult,
+    BendingTest,
+    override,
+    read_test,
+    simulate,
+    write_folder,
+    write_test,
+)
 from ramiefenics.cli import main
 from ramiefenics.results import folder as folder_module
+from ramiefenics.results.fields import to_grid
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +63,7 @@ def test_paraview_reads_the_fields(folder: Path, bent: BendingResult) -> None:
     assert reader.time_values == [s.travel_mm for s in bent.snapshots]
     reader.set_active_time_value(14.0)
     grid = reader.read()[0]
-    assert grid.n_cells == bent.statistics.cells
+    assert grid.n_cells == bent.statistics.cells  # of first order, hence not subdivided
     assert {"displacement", "contact_pressure", "contact_state"} <= set(grid.point_data)
     assert {"von_mises", "axial_stress", "layer"} <= set(grid.cell_data)
     moved = grid.warp_by_vector("displacement")
@@ -131,3 +141,15 @@ def test_command_that_does_not_complete_keeps_results_and_exits_1(
     assert summary["completed"] is False
     assert 0 < summary["reached_mm"] < 14
     assert len(pd.read_csv(out / "curve.csv")) == summary["steps"] + 1
+
+
+def test_second_order_cells_appear_as_eight(coarse: BendingTest, tmp_path: Path) -> None:
+    result = simulate(override(coarse, ["numerics.mesh.order=2"]), MPI.COMM_SELF)
+    grid = to_grid(result.snapshots[-1])
+    assert grid.n_cells == 8 * result.statistics.cells
+    volumes = grid.compute_cell_sizes()["Volume"]
+    assert volumes.min() > 0
+    stalk = result.test.stalk
+    exact = np.pi * (stalk.radii_mm[-1] ** 2 - stalk.radii_mm[0] ** 2) * stalk.length_mm / 4
+    # 12 straight edges along half the circumference leave out 1.1 % of the circle
+    assert volumes.sum() == pytest.approx(exact, rel=0.015)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem, plot
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from ramiefenics.model.bending import BendingProblem
@@ -19,6 +19,8 @@ from ramiefenics.model.surface import SurfaceFields
 class Snapshot:
     """A displaced mesh with its fields, as VTK wants it.
 
+    A cell of second order appears as eight of first order, which share its nodes.
+
     Attributes
     ----------
     travel_mm
@@ -26,22 +28,19 @@ class Snapshot:
     points
         Undeformed nodes, mm, shape (n, 3).
     cells
-        Nodes of every cell in VTK's order, shape (m, 8 or 27).
-    cell_type
-        VTK's number.
+        Corners of every hexahedron in VTK's order, shape (m, 8).
     point_data
         ``displacement`` (mm, shape (n, 3)), ``contact_pressure`` (MPa), ``contact_state``
         (0 none, 1 stick, 2 slip).
     cell_data
         ``layer`` (1 for the innermost), ``von_mises`` and ``axial_stress`` (Cauchy, MPa; the
-        latter along the deformed fibres), ``axial_stretch``, ``volume_ratio``; at the cells'
-        middles.
+        latter along the deformed fibres), ``axial_stretch``, ``volume_ratio``; at the middles of
+        the hexahedra.
     """
 
     travel_mm: float
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
-    cell_type: int
     point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
     cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
 
@@ -67,6 +66,7 @@ class Camera:
         self._nodal = fem.Function(self._scalar)
         cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
         self._cells = np.arange(cells.size_local, dtype=np.int32)
+        self._corners, self._middles = _subdivide(solid.order, self._scalar)
         self._layer = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self._layer[problem.tube.cells.indices] = problem.tube.cells.values
         self._expression = self._cell_expression()
@@ -86,23 +86,22 @@ class Camera:
                 ufl.det(F),
             )
         )
-        return compile_expression(fields, np.full((1, solid.mesh.topology.dim), 0.5))
+        return compile_expression(fields, self._middles)
 
     def take(self, travel_mm: float) -> Snapshot | None:
         """Return the snapshot on rank 0, None elsewhere."""
         solid = self._problem.solid
         comm = solid.mesh.comm
-        connectivity, types, points = plot.vtk_mesh(self._scalar)
-        nodes = int(connectivity[0])
-        values = self._expression.eval(solid.mesh, self._cells).reshape(len(self._cells), -1)
+        nodes = self._scalar.dofmap.list[: len(self._cells)]
+        values = self._expression.eval(solid.mesh, self._cells).reshape(-1, len(self.CELL_FIELDS))
         pressure, state = self._surface.evaluate()
         local = {
-            "points": points,
-            "cells": connectivity.reshape(-1, nodes + 1)[:, 1:].astype(np.int64),
+            "points": self._scalar.tabulate_dof_coordinates(),
+            "cells": nodes[:, self._corners].reshape(-1, 8).astype(np.int64),
             "displacement": solid.displacement.x.array.reshape(-1, 3).copy(),
             "contact_pressure": self._to_nodes(pressure),
             "contact_state": np.rint(self._to_nodes(state.astype(float))).astype(np.int8),
-            "layer": self._layer[self._cells],
+            "layer": np.repeat(self._layer[self._cells], len(self._corners)),
             **dict(zip(self.CELL_FIELDS, values.T, strict=True)),
         }
         parts = comm.gather(local, root=0)
@@ -116,7 +115,6 @@ class Camera:
             travel_mm,
             whole["points"],
             whole["cells"],
-            int(types[0]),
             {n: whole[n] for n in ("displacement", "contact_pressure", "contact_state")},
             {n: whole[n] for n in ("layer", *self.CELL_FIELDS)},
         )
@@ -125,3 +123,22 @@ class Camera:
         self._vertex.x.array[:] = at_vertices
         self._nodal.interpolate(self._vertex)
         return self._nodal.x.array.copy()
+
+
+def _subdivide(
+    order: int, scalar: fem.FunctionSpace
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Cut a Lagrange cell along its nodes.
+
+    Returns
+    -------
+    tuple
+        Local nodes of each piece in VTK's order, shape (order^3, 8), and the pieces' middles in
+        reference coordinates, shape (order^3, 3).
+    """
+    lattice = np.rint(scalar.element.basix_element.points * order).astype(int)
+    node = {tuple(place): number for number, place in enumerate(lattice.tolist())}
+    around = ((0, 0), (1, 0), (1, 1), (0, 1))
+    first = list(np.ndindex(order, order, order))
+    pieces = [[node[a + i, b + j, c + k] for k in (0, 1) for i, j in around] for a, b, c in first]
+    return np.array(pieces), (np.array(first) + 0.5) / order

@@ -15,7 +15,7 @@ def to_grid(snapshot: Snapshot) -> pv.UnstructuredGrid:
     """Return the undeformed mesh with all fields; warp it by ``displacement``."""
     count, nodes = snapshot.cells.shape
     cells = np.column_stack([np.full(count, nodes), snapshot.cells]).ravel()
-    types = np.full(count, snapshot.cell_type, dtype=np.uint8)
+    types = np.full(count, pv.CellType.HEXAHEDRON, dtype=np.uint8)
     grid = pv.UnstructuredGrid(cells, types, snapshot.points)
     grid.point_data.update(snapshot.point_data)
     grid.cell_data.update(snapshot.cell_data)

@@ -103,11 +103,11 @@ def _midspan_faces(
     positive = grid.extract_cells(grid.cell_centers().points[:, 2] > 0.0)
     surface: pv.PolyData = positive.extract_surface(algorithm="dataset_surface")
     flat = np.abs(surface.points[:, 2]) < 1e-6
-    at = surface.points[:, :2]
+    at = np.asarray(surface.points[:, :2])
     now = at + surface.point_data["displacement"][:, :2]
     stress = surface.cell_data["axial_stress"]
     faces, moved, values = [], [], []
-    for index, face in enumerate(surface.irregular_faces):
+    for index, face in enumerate(surface.regular_faces):
         if not flat[face].all():
             continue
         for sign in (1.0, -1.0) if mirror else (1.0,):

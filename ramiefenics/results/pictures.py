@@ -34,7 +34,6 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
         clim=(-limit, limit),
         ambient=0.25,
         diffuse=0.7,
-        silhouette={"color": "#555555", "line_width": 2.0},
         scalar_bar_args={
             "title": "Axial stress (MPa)",
             "color": "black",
@@ -71,14 +70,17 @@ def _force_at(result: BendingResult, travel_mm: float) -> float:
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
-    """Mirror the modelled part to the whole stalk."""
-    grid = to_grid(snapshot).warp_by_vector("displacement")
-    body = grid.extract_surface(algorithm="dataset_surface")
-    if domain != "full":
-        body = body.append_polydata(body.reflect((1, 0, 0), point=(0, 0, 0)))
-    if domain == "quarter":
-        body = body.append_polydata(body.reflect((0, 0, 1), point=(0, 0, 0)))
-    return body
+    """Mirror the modelled part to the whole stalk, without the faces where it was cut."""
+    surface = to_grid(snapshot).extract_surface(algorithm="dataset_surface")
+    normals = {"quarter": ((1, 0, 0), (0, 0, 1)), "half": ((1, 0, 0),), "full": ()}[domain]
+    middle = surface.cell_centers().points
+    cut = np.any([np.abs(middle @ normal) < 1e-6 for normal in normals], axis=0)
+    if normals:
+        surface = surface.extract_cells(~cut).extract_surface(algorithm="dataset_surface")
+    body = surface.warp_by_vector("displacement")
+    for normal in normals:
+        body = body.append_polydata(body.reflect(normal, point=(0, 0, 0)))
+    return body.clean()
 
 
 def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
