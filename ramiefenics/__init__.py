@@ -12,9 +12,9 @@ from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import (
     BendingTest,
+    Closure,
     ContactMethod,
     Elastic,
-    FibreCompression,
     Fixture,
     Friction,
     Layer,
@@ -44,9 +44,9 @@ if TYPE_CHECKING:
 __all__ = [
     "BendingResult",
     "BendingTest",
+    "Closure",
     "ContactMethod",
     "Elastic",
-    "FibreCompression",
     "Fixture",
     "Friction",
     "Layer",

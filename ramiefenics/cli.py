@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -162,6 +163,7 @@ def _report(result: BendingResult, folder: Path) -> None:
 def main() -> None:
     """Run the command line; bad input ends with one sentence and status 2."""
     first = MPI.COMM_WORLD.rank == 0
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # PETSc takes a closed pipe for a crash
 
     def note(message: Warning | str, category: type[Warning], *_: object) -> None:
         if first:

@@ -92,11 +92,12 @@ def test_friction_stiffens_little(coarse: BendingTest) -> None:
     assert rough.curve["friction_work_Nmm"].iloc[-1] > 0.0
 
 
-@pytest.mark.parametrize("stabilisation", [2.0, 100.0])
+@pytest.mark.parametrize("stabilisation", [10.0, 500.0])
 def test_force_hardly_feels_the_stabilisation(coarse: BendingTest, stabilisation: float) -> None:
-    """Nitsche's method is consistent: what gamma changes vanishes with the mesh, here 2 %."""
+    """Nitsche's method is consistent: what gamma changes vanishes with the mesh."""
     changed = override(coarse, [f"numerics.contact.stabilisation={stabilisation}"])
     usual, other = simulate(coarse, MPI.COMM_SELF), simulate(changed, MPI.COMM_SELF)
+    # two elements through the wall, and a factor 50 between the extremes
     assert other.max_force_N == pytest.approx(usual.max_force_N, rel=0.02)
 
 

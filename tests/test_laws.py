@@ -12,7 +12,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ramiefenics import Elastic, FibreCompression, Material
+from ramiefenics import Closure, Elastic, Material
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws import LAWS
 from ramiefenics.specification.published import PHLOEM, XYLEM
@@ -132,7 +132,7 @@ def test_crushed_layer_stiffens(law: str) -> None:
 def test_fibre_stress_saturates_in_compression_only() -> None:
     """w(e) = h e - s_c tanh((k - h) |e| / s_c) for e < 0, linear for e >= 0 (r = 0 without nu)."""
     elastic = Elastic(E_X_MPa=2.0, E_Z_MPa=2000.0, nu_XY=0.0, nu_XZ=0.0, G_XZ_MPa=30.0)
-    closure = FibreCompression(strength=0.2, residual_tangent=0.5)
+    closure = Closure(fibre_strength=0.2, fibre_residual_tangent=0.5, densification=0.0)
     point = Point("saturating_fibre", Material(elastic, closure))
 
     def axial(stretch: float) -> float:
@@ -159,4 +159,33 @@ def test_axial_shear_does_not_weaken_when_crushed() -> None:
 
     rest = PHLOEM.elastic.G_XZ_MPa
     assert shear("neo_hookean") < 0.3 * rest + PHLOEM.elastic.E_X_MPa
-    assert shear("saturating_fibre") > (1.0 - PHLOEM.fibre_compression.strength) * rest
+    assert shear("saturating_fibre") > (1.0 - PHLOEM.closure.fibre_strength) * rest
+
+
+def test_shear_stress_saturates_beyond_yield() -> None:
+    """P_YZ at simple shear of the fibres' planes: (G - mu) (R g + (1 - R) g_Y) far beyond g_Y."""
+    point = Point("saturating_fibre", PHLOEM)
+    closure, elastic = PHLOEM.closure, PHLOEM.elastic
+    mu = elastic.G_XY  # by Eq. 4 the section is isotropic: (C11 - C12) / 2
+    gamma = 20.0 * closure.shear_yield_strain
+    F = np.eye(3)
+    F[2, 1] = gamma  # f_2 leans, the fibre is not stretched: no other part of the law but mu acts
+    residual = closure.fibre_strength
+    saturated = residual * gamma + (1 - residual) * closure.shear_yield_strain
+    expected = (elastic.G_XZ_MPa - mu) * saturated + mu * gamma
+    # the root in the law approaches its asymptote to 1 / (2 * 20^2)
+    assert point.stress(F)[2, 1] == pytest.approx(expected, rel=2e-3)
+
+
+def test_densification_adds_its_multiple_of_log_j_squared() -> None:
+    """Second derivative along ln J of d/12 (2 mu + lambda) (ln J)^4."""
+    loose = dataclasses.replace(
+        PHLOEM, closure=dataclasses.replace(PHLOEM.closure, densification=0)
+    )
+    dense = Point("saturating_fibre", PHLOEM)
+    rest = Point("saturating_fibre", loose)
+    p = LAWS["saturating_fibre"].parameters(PHLOEM)
+    crushed = np.diag([1.0, 0.5, 1.0])
+    gain = dense.energy(crushed) - rest.energy(crushed)
+    modulus = 2 * p["mu"] + p["lambda"]
+    assert gain == pytest.approx(PHLOEM.closure.densification / 12 * modulus * np.log(2.0) ** 4)

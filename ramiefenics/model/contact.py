@@ -36,6 +36,12 @@ SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 """By element order; finer than the volume's, because the edge of contact cuts facets."""
 
 
+GAP_LIMIT = 0.1
+"""Nothing touches across a gap wider than this multiple of the surface cells' thickness. At a
+solution gaps of touching points are far smaller; on the way to one, a cell crushed by a rash Newton
+step could otherwise hold itself crushed by its own stress, without touching anything."""
+
+
 @dataclass(frozen=True)
 class Cylinder:
     """A rigid cylinder along X.
@@ -125,12 +131,14 @@ class Contact:
         self._before_previous = fem.Function(solid.space)
         self._travel = fem.Constant(mesh, 1.0)
         self._last_travel = fem.Constant(mesh, 1.0)
+        self._reach = fem.Constant(mesh, GAP_LIMIT * cell_thickness_mm)
         self._mark_cells()
         self._state()
         # the inverse inequality behind Nitsche's method scales with order^2 / thickness
         self._gamma_scale = method.stabilisation * solid.order**2 / cell_thickness_mm
         self._stiffness = self._normal_stiffness()
         self._floor = self._evaluate_stiffness()
+        self.gamma.x.array[:] = 1.0
         self.update_stabilisation()
         self._sums = self._compile_sums()
 
@@ -168,7 +176,8 @@ class Contact:
         t = self.solid.stress(u) * ufl.FacetNormal(mesh)
         self._normal_traction = ufl.dot(n, t)
         trial = self._normal_traction - self.gamma * gap
-        self.pressure = ufl.conditional(ufl.ge(trial, 0), trial, 0)
+        near = ufl.lt(gap, self._reach)
+        self.pressure = ufl.conditional(ufl.And(ufl.ge(trial, 0), near), trial, 0)
 
         def slip(now: Expr, then: Expr, motion: Expr) -> Expr:
             moved = now - then - ufl.as_vector((0, motion[0], motion[1]))
@@ -226,7 +235,6 @@ class Contact:
     def update_stabilisation(self) -> None:
         """Let gamma follow the current normal stiffness, not below the one at rest."""
         stiffness = np.maximum(self._evaluate_stiffness(), self._floor)
-        self.gamma.x.array[:] = 1.0
         self.gamma.x.array[self._all_cells] = self._gamma_scale * stiffness
         self.gamma.x.scatter_forward()
 

@@ -4,7 +4,7 @@ from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
 from ramiefenics.specification.fixture import Fixture, Friction, Protocol
-from ramiefenics.specification.material import Elastic, FibreCompression, Material
+from ramiefenics.specification.material import Closure, Elastic, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
 from ramiefenics.specification.numerics import ContactMethod, Numerics, Stepping
 from ramiefenics.specification.published import published_test, ramie, ramie_at_height
@@ -12,9 +12,9 @@ from ramiefenics.specification.stalk import Layer, Stalk
 
 __all__ = [
     "BendingTest",
+    "Closure",
     "ContactMethod",
     "Elastic",
-    "FibreCompression",
     "Fixture",
     "Friction",
     "Layer",

@@ -112,28 +112,39 @@ class Elastic:
 
 
 @dataclass(frozen=True)
-class FibreCompression:
-    """Closure constants of the saturating-fibre law, as multiples of the layer's G_XZ.
+class Closure:
+    """What the saturating-fibre law needs to know beyond the elastic constants.
 
-    A misaligned fibre bundle in compression kinks at about its shear modulus (Rosen 1965)
-    or its shear strength over the misalignment (Argon 1972; Budiansky and Fleck 1993).
-    Nobody has measured either for ramie: quote peak forces with their range over them.
+    Nobody has measured these for ramie: quote peak forces with their range over them.
 
     Attributes
     ----------
-    strength
-        Plateau of the axial compressive stress, s_c / G_XZ.
-    residual_tangent
+    fibre_strength
+        Plateau of the axial compressive stress, s_c / G_XZ. A bundle of perfectly aligned fibres
+        kinks at G_XZ (Rosen 1965), one misaligned by the angle phi at
+        ``G_XZ / (1 + phi / gamma_Y)`` (Budiansky and Fleck 1993): 0.2 stands for 0.2 rad. It is
+        also the share of G_XZ that is left as shear tangent beyond yield, the least that keeps
+        fibres under s_c from kinking.
+    fibre_residual_tangent
         Axial tangent left at the plateau, h / G_XZ.
+    shear_yield_strain
+        Axial shear gamma_Y beyond which shear stress saturates (Argon 1972).
+    densification
+        How fast the section stiffens when crushed: its tangent gains this multiple of
+        ``(ln J)^2``, as a cellular solid that closes its cells (Gibson and Ashby 1997).
     """
 
-    strength: float = 0.2
-    residual_tangent: float = 1.0
+    fibre_strength: float = 0.2
+    fibre_residual_tangent: float = 1.0
+    shear_yield_strain: float = 0.05
+    densification: float = 3.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        check_number(self, "strength", above=0.0)
-        check_number(self, "residual_tangent", at_least=0.0)
+        check_number(self, "fibre_strength", above=0.0, at_most=1.0)
+        check_number(self, "fibre_residual_tangent", at_least=0.0)
+        check_number(self, "shear_yield_strain", above=0.0)
+        check_number(self, "densification", at_least=0.0)
 
 
 @dataclass(frozen=True)
@@ -144,18 +155,18 @@ class Material:
     ----------
     elastic
         Constants at small strain.
-    fibre_compression
-        Closure constants at large compression.
+    closure
+        Constants at large strain.
     density_g_per_cm3
         Mass density; used by dynamics only.
     """
 
     elastic: Elastic
-    fibre_compression: FibreCompression = field(default_factory=FibreCompression)
+    closure: Closure = field(default_factory=Closure)
     density_g_per_cm3: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the parts and the density."""
         check_instance(self, "elastic", Elastic)
-        check_instance(self, "fibre_compression", FibreCompression)
+        check_instance(self, "closure", Closure)
         check_number(self, "density_g_per_cm3", above=0.0, unit="g/cm3")

@@ -23,7 +23,7 @@ class ContactMethod:
         1 symmetric, 0 incomplete (one term less), -1 skew-symmetric.
     stabilisation
         Multiple of (normal stiffness of the cell / thickness of the cell) that penalises
-        penetration; consistent for any positive value.
+        penetration. Consistent for any value, but below about 5 there is no stable solution.
     slip_tolerance
         Coulomb's law is regularised to ``mu p s / sqrt(s^2 + s_0^2)``, with s the slip and s_0
         this multiple of the indenter's travel, both per step; points that slip less than s_0
@@ -32,7 +32,7 @@ class ContactMethod:
     """
 
     theta: int = 0
-    stabilisation: float = 10.0
+    stabilisation: float = 20.0
     slip_tolerance: float = 0.02
 
     def __post_init__(self) -> None:

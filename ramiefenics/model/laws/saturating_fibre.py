@@ -1,16 +1,21 @@
 """The default law: stable under crushing of the section and under compression of the fibres.
 
-Four parts, with f_i = F e_i, J = det F, lam = |f_3|:
+With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
 
 - neo-Hookean cross-section, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``;
+- densification, ``d/12 (2 mu + lambda) (ln J)^4``, which leaves small strains alone;
 - fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``: the second term carries the Poisson coupling.
   Linear in tension; in compression the stress saturates,
-  ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``, as a bundle of misaligned fibres that kinks
-  (Rosen 1965; Budiansky and Fleck 1993), with the residual tangent h;
-- axial shear, ``(G_XZ - mu)/2 (|f_3|^2 |cof(F) e_3|^2 / J^2 - 1)``: unlike a quadratic term it
-  does not weaken when the layer is crushed (it is polyconvex: |cof(F) e_3| / J is the spacing of
-  the fibres' planes);
+  ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``;
+- axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
+  tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
+  quadratic in C_13 it does not weaken when the layer is crushed. The shear stress saturates:
+  ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``, R the fibre's strength over G_XZ;
 - in-plane shear beyond Eq. 4, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, zero by default.
+
+Why shear has to saturate: under a shear stress tau, rank-one disturbances that do not lean the
+fibres release energy at the rate tau and are held by mu and lambda alone, some forty times below
+G_XZ. A law that is linear in q loses ellipticity in the crushed phloem at a few millimetres.
 """
 
 from __future__ import annotations
@@ -30,11 +35,11 @@ def _parameters(material: Material) -> dict[str, float]:
     axial = c33 - 2 * mu - c13
     ratio = (c13 - c12) / axial if axial > 0 else 0.0
     tangent = axial / (1 - ratio)
-    residual = material.fibre_compression.residual_tangent
-    if residual * g_xz >= tangent:
+    closure = material.closure
+    if closure.fibre_residual_tangent * g_xz >= tangent:
         raise SpecificationError(
-            "fibre_compression.residual_tangent",
-            residual,
+            "closure.fibre_residual_tangent",
+            closure.fibre_residual_tangent,
             f"must be below {tangent / g_xz:.4g} = k / G_XZ for the law saturating_fibre",
         )
     return {
@@ -42,8 +47,11 @@ def _parameters(material: Material) -> dict[str, float]:
         "lambda": c12 - tangent * ratio**2,
         "r": ratio,
         "k": tangent,
-        "s_c": material.fibre_compression.strength * g_xz,
-        "h": residual * g_xz,
+        "s_c": closure.fibre_strength * g_xz,
+        "h": closure.fibre_residual_tangent * g_xz,
+        "R": closure.fibre_strength,
+        "gamma_Y": closure.shear_yield_strain,
+        "d": closure.densification,
         "shear_XZ": g_xz - mu,
         "shear_XY": material.elastic.G_XY - mu,
     }
@@ -60,10 +68,17 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     return (
         p["mu"] / 2 * (ufl.inner(F, F) - 3 - 2 * log_j)
         + p["lambda"] / 2 * log_j**2
+        + p["d"] / 12 * (2 * p["mu"] + p["lambda"]) * log_j**4
         + _fibre_energy(e, p)
-        + p["shear_XZ"] / 2 * (stretch_squared * ufl.dot(area, area) / J**2 - 1)
+        + p["shear_XZ"] / 2 * _saturated(stretch_squared * ufl.dot(area, area) / J**2 - 1, p)
         + p["shear_XY"] / 2 * ufl.dot(f1, f2) ** 2 / (ufl.dot(f1, f1) * ufl.dot(f2, f2))
     )
+
+
+def _saturated(q: Expr, p: Mapping[str, Expr]) -> Expr:
+    yield_squared = p["gamma_Y"] ** 2
+    saturating = 2 * yield_squared * (ufl.sqrt(1 + q / yield_squared) - 1)
+    return p["R"] * q + (1 - p["R"]) * saturating
 
 
 def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
