@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import warnings
@@ -57,9 +58,12 @@ def bend(
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = load_test(spec, mesh, assign)
-    folder = _prepare(out or Path("results") / Path(spec).stem)
-    from ramiefenics.solve.simulate import simulate  # the solver takes a second to import
+    folder = _check_writable(out or Path("results") / Path(spec).stem)
+    # the solver takes a second to import
+    from ramiefenics.model.laws import check_law
+    from ramiefenics.solve.simulate import simulate
 
+    check_law(test)  # before there is a progress bar
     with _progress(test) as show:
         result = simulate(test, on_step=show)
     if MPI.COMM_WORLD.rank == 0:
@@ -107,13 +111,12 @@ def load_test(spec: str, mesh: str | None, assignments: list[str] | None) -> Ben
     return override(test, changes + (assignments or []))
 
 
-def _prepare(folder: Path) -> Path:
-    """Make the folder before hours are spent on what goes into it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        allowed = f"must be a folder that can be made ({error.strerror})"
-        raise SpecificationError("out", str(folder), allowed) from error
+def _check_writable(folder: Path) -> Path:
+    """Find out before hours are spent on what goes into it; make nothing yet."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        allowed = f"must be a folder that can be written, but {existing} cannot"
+        raise SpecificationError("out", str(folder), allowed)
     return folder
 
 

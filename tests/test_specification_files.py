@@ -73,6 +73,9 @@ BAD = [
     ("[protocol]", "[protocol", "is not valid TOML"),
     ('domain = "quarter"', "domain = 4", "numerics.domain = 4 must be one of"),
     ('mesh = "screening"', "mesh = 3", "numerics.mesh = 3 must be a table"),
+    ("[[stalk.layers]]", "[stalk]\nlayers = [1]\n[x]", "is not valid TOML"),
+    ('domain = "quarter"', "contact.theta = 1.0", "contact.theta = 1.0 must be one of -1, 0, 1"),
+    ("G_XZ_MPa = 69.0", "G_XZ_MPa = 2025-01-01", "G_XZ_MPa = datetime.* must be a number"),
 ]
 
 
@@ -115,8 +118,17 @@ def test_bad_file_gets_one_sentence(
         (["bend", "--mesh", "finest"], "numerics.mesh = 'finest' is no mesh recipe"),
         (["bend", "--set", "fixture.span_mm"], "must be of the form key=value"),
         (["bend", "--set", "stalk.layers.bark.outer_diameter_mm=3"], "nearest|known: xylem"),
+        (["bend", "--set", "=3"], "must be of the form key=value"),
+        (["bend", "--set", "stalk.layers.phloem=3"], "must name a value of a layer"),
+        (
+            ["bend", "--set", "stalk.layers.phloem.material.closure.fibre_residual_tangent=99"],
+            "stalk.layers.phloem.material.closure.fibre_residual_tangent = 99.0 must be below",
+        ),
         (["bend", "--set", "law=hooke"], "law = 'hooke' must be one of"),
-        (["bend", "--out", "/dev/null/x"], "out = '/dev/null/x' must be a folder"),
+        (
+            ["bend", "--out", "/dev/null/x"],
+            "out = '/dev/null/x' must be a folder that can be written",
+        ),
         (["mesh", "stalk.stl"], "out = 'stalk.stl' must end in .msh"),
     ],
 )

@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from ramiefenics.model.contact import Contact, Cylinder
 from ramiefenics.model.jit import compile_form
+from ramiefenics.model.laws import check_law
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tube import SURFACES, build_tube
 from ramiefenics.specification import BendingTest
@@ -42,6 +43,7 @@ class BendingProblem:
     """
 
     def __init__(self, test: BendingTest, comm: MPI.Comm) -> None:
+        check_law(test)
         self.test = test
         self.factor = SYMMETRY_FACTOR[test.numerics.domain]
         self.tube = build_tube(test, comm)

@@ -85,7 +85,7 @@ def check_choice(obj: Any, name: str, choices: tuple[Any, ...]) -> None:
         If it is not.
     """
     value = getattr(obj, name)
-    if isinstance(value, bool) or value not in choices:
+    if not any(type(value) is type(choice) and value == choice for choice in choices):
         listed = ", ".join(repr(c) for c in choices)
         raise SpecificationError(name, value, f"must be one of {listed}")
 

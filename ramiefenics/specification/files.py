@@ -161,7 +161,7 @@ def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
     data = to_dict(test)
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
-        if not equals:
+        if not equals or not key.strip():
             raise SpecificationError("--set", assignment, "must be of the form key=value")
         _assign(data, BendingTest, key.strip(), _parse_value(text.strip()))
     return test_from_dict(data)
@@ -191,9 +191,11 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
             error = _unknown(part, value, known)
             raise error.inside(walked) if walked else error
         target, walked = child, f"{walked}.{part}" if walked else part
-    fields = [f.name for f in dataclasses.fields(hint)] if dataclasses.is_dataclass(hint) else []
+    if isinstance(target, list):
+        raise SpecificationError(key, value, f"must name a value of a layer, as in {key}.name=...")
+    fields = [f.name for f in dataclasses.fields(hint)]
     if last not in fields:
-        error = _unknown(last, value, fields or [entry["name"] for entry in target])
+        error = _unknown(last, value, fields)
         raise error.inside(walked) if walked else error
     if last == "mesh" and isinstance(value, str):  # in full, so that its parts can be set next
         value = to_dict(_convert(MeshRecipe, key, value))
