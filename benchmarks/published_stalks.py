@@ -36,9 +36,10 @@ RUNS: dict[str, tuple[str, list[str]]] = {
 
 HEAD = """# The published stalks
 
-Made by `./run python benchmarks/published_stalks.py`. One core of a shared two-core virtual machine,
-dolfinx 0.9, forms compiled before; cylinders of 5 mm radius, an assumption. The elastic model has no
-damage, and its closure constants are not measured: these are not predictions of the measured 84.8 N.
+Made by `./run python benchmarks/published_stalks.py`, on one core of a shared two-core virtual
+machine with dolfinx 0.9, forms compiled before. Cylinders of 5 mm radius, an assumption. The model
+is elastic and has closure constants that nobody has measured: these are no predictions of the
+84.8 N that were.
 
 """
 
