@@ -188,3 +188,19 @@ def test_one_compilation_serves_all_specifications(
     simulate(other, MPI.COMM_SELF)
     assert first
     assert names == first
+
+
+@pytest.mark.parametrize(("theta", "stabilisation"), [(-1, 20), (1, 60)])
+def test_variants_of_nitsches_method_agree(
+    coarse: BendingTest, theta: int, stabilisation: float
+) -> None:
+    """What theta changes vanishes with the mesh, as what gamma changes; 1 needs a larger gamma."""
+    settings = [
+        f"numerics.contact.theta={theta}",
+        f"numerics.contact.stabilisation={stabilisation}",
+    ]
+    other = simulate(override(coarse, settings), MPI.COMM_SELF)
+    assert other.completed
+    assert other.max_force_N == pytest.approx(simulate(coarse, MPI.COMM_SELF).max_force_N, rel=0.02)
+    imbalance = (other.curve["force_N"] - other.curve["support_force_N"]).abs().max()
+    assert imbalance < 1e-3 * other.max_force_N

@@ -23,7 +23,8 @@ class ContactMethod:
         1 symmetric, 0 incomplete (one term less), -1 skew-symmetric.
     stabilisation
         Multiple of (normal stiffness of the cell / thickness of the cell) that penalises
-        penetration. Consistent for any value, but below about 5 there is no stable solution.
+        penetration. Consistent for any value, but stable only where large enough: above about 5
+        for theta 0 and -1, above about 50 for theta 1.
     slip_tolerance
         Coulomb's law is regularised to ``mu p s / sqrt(s^2 + s_0^2)``, with s the slip and s_0
         this multiple of the indenter's travel, both per step; points that slip less than s_0
