@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 import sys
@@ -22,10 +23,12 @@ from ramiefenics.specification import (
     published_test,
     read_test,
 )
+from ramiefenics.specification.bending import LAWS
 from ramiefenics.specification.files import dump_test
 from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
+    from ramiefenics.model.observables import Observables
     from ramiefenics.solve.quasistatic import Step
     from ramiefenics.solve.result import BendingResult
 
@@ -40,6 +43,7 @@ Spec = Annotated[
     str,
     typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
 ]
+LawName = Annotated[str | None, typer.Option("--law", help=f"Hyperelastic law: {', '.join(LAWS)}.")]
 MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
 Assignments = Annotated[
     list[str] | None,
@@ -54,10 +58,13 @@ def bend(
         Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
     ] = None,
     mesh: MeshName = None,
+    law: LawName = None,
     assign: Assignments = None,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = load_test(spec, mesh, assign)
+    if law is not None:
+        test = dataclasses.replace(test, law=law)
     folder = _check_writable(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.model.laws import check_law
@@ -121,7 +128,7 @@ def _check_writable(folder: Path) -> Path:
 
 
 @contextmanager
-def _progress(test: BendingTest) -> Iterator[Callable[[Step], None]]:
+def _progress(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
     """Show travel, force, iterations and time left, on the first rank only."""
     progress = Progress(
         TextColumn("{task.description}"),
@@ -137,7 +144,7 @@ def _progress(test: BendingTest) -> Iterator[Callable[[Step], None]]:
             "bending", total=test.protocol.travel_mm, state="compiling and meshing"
         )
 
-        def show(step: Step) -> None:
+        def show(step: Step[Observables]) -> None:
             state = (
                 f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
                 f"{step.iterations:2d} iterations"
@@ -148,6 +155,8 @@ def _progress(test: BendingTest) -> Iterator[Callable[[Step], None]]:
 
 
 def _report(result: BendingResult, folder: Path) -> None:
+    from ramiefenics.solve.result import LOSSES
+
     statistics = result.statistics
     peak = "force maximum" if result.has_force_maximum else "force still rising at the end,"
     typer.echo(
@@ -159,8 +168,15 @@ def _report(result: BendingResult, folder: Path) -> None:
         f"{statistics.newton_iterations} iterations, {statistics.cut_backs} cut-backs, "
         f"{statistics.wall_s:.1f} s; results in {folder}"
     )
+    for name, travel in result.losses_mm.items():
+        typer.echo(f"note: {LOSSES[name]}, from {travel:.2f} mm of travel on")
+    for jump in result.jumps:
+        typer.echo(
+            f"note: the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
+            f"{jump.energy_released_Nmm:.3g} N mm"
+        )
     if not result.completed:
-        typer.echo(f"ramiefenics: not completed: {result.failure}", err=True)
+        typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ufl
+from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
@@ -36,6 +37,10 @@ class BendingProblem:
         The parts.
     residual, jacobian
         Compiled forms of the weak form and its exact derivative.
+    energy
+        Compiled form of the stored energy, N mm.
+    mass
+        Compiled form of the lumped mass: the density times the test function, tonne.
     bcs
         Symmetry conditions; nothing else holds the stalk.
     factor
@@ -69,6 +74,8 @@ class BendingProblem:
         residual = ufl.derivative(self.solid.energy(), u, v) + self.contact.residual(v)
         self.residual = compile_form(residual)
         self.jacobian = compile_form(ufl.derivative(residual, u, du))
+        self.energy = compile_form(self.solid.energy())
+        self.mass = compile_form(self.solid.density * sum(v) * self.solid.dx)
 
     @property
     def unknowns(self) -> int:
@@ -76,9 +83,23 @@ class BendingProblem:
         dofmap = self.solid.space.dofmap
         return int(dofmap.index_map.size_global * dofmap.index_map_bs)
 
+    @property
+    def displacement(self) -> fem.Function:
+        """The unknown."""
+        return self.solid.displacement
+
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""
         self.solid.displacement.x.array[1::3] = -travel / 2.0
+
+    def place(self, travel: float) -> None:
+        """Push the indenter down from its last accepted position; may be called again."""
+        self.contact.place(INDENTER, -travel, travel)
+
+    def accept(self) -> None:
+        """Make the current state the last accepted one, to which slip and stabilisation refer."""
+        self.contact.advance()
+        self.contact.update_stabilisation()
 
     def _cylinders(self) -> tuple[Cylinder, ...]:
         """Place indenter and supports, each facing the half of the surface that it can reach."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -10,9 +11,9 @@ from dolfinx import fem
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ramiefenics.model.bending import INDENTER, SUPPORT, BendingProblem
+from ramiefenics.model.bending import INDENTER, OTHER_SUPPORT, SUPPORT, BendingProblem
 from ramiefenics.model.contact import ContactSums
-from ramiefenics.model.jit import compile_form
+from ramiefenics.model.ellipticity import MaterialPoints
 from ramiefenics.model.surface import SurfaceFields
 from ramiefenics.model.tube import SURFACES
 
@@ -34,8 +35,13 @@ class Observables:
         Extent of the midspan section along Y and X.
     void_height_mm
         Height left of the pith void at midspan; NaN for a solid core.
+    overhang_mm
+        Least length of stalk left beyond the middle of the contact with a support.
     stored_energy_Nmm, friction_work_Nmm
         Elastic energy; friction work of this step.
+    min_volume_ratio, min_principal_stretch, min_acoustic_MPa
+        Lowest over all quadrature points, see `PointState`. Where the last is negative the
+        material has lost strong ellipticity, and the answer depends on the mesh.
     """
 
     force_N: float
@@ -47,8 +53,20 @@ class Observables:
     section_height_mm: float
     section_width_mm: float
     void_height_mm: float
+    overhang_mm: float
     stored_energy_Nmm: float
     friction_work_Nmm: float
+    min_volume_ratio: float
+    min_principal_stretch: float
+    min_acoustic_MPa: float
+
+    def physical_end(self) -> str | None:
+        """Return why the model says nothing about what follows, if so."""
+        if self.void_height_mm <= 0.0:
+            return "the void has closed at midspan, and the model has no contact inside it"
+        if self.overhang_mm <= 0.0:
+            return "the stalk has slipped off a support"
+        return None
 
 
 class Observer:
@@ -58,18 +76,27 @@ class Observer:
     ----------
     problem
         What to measure, after each converged step and before the contact advances.
+
+    Attributes
+    ----------
+    surface
+        Its contact fields.
+    material
+        State of the quadrature points when last observed.
     """
 
     def __init__(self, problem: BendingProblem) -> None:
         self.problem = problem
         self.surface = SurfaceFields(problem.contact)
-        self._energy = compile_form(problem.solid.energy())
+        self._points = MaterialPoints(problem.solid)
+        self.material = self._points.evaluate()
         mesh = problem.tube.mesh
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
         self._at = self._vertices.tabulate_dof_coordinates()
         self._moved = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
         self._section = self._on_section("outer")
         self._bore = self._on_section("inner")
+        self._end = (0.5 - 1e-6) * problem.test.stalk.length_mm
         self._has_void = problem.test.stalk.void_diameter_mm > 0.0
 
     def _on_section(self, name: str) -> NDArray[np.int32]:
@@ -96,7 +123,8 @@ class Observer:
         support = _axes(sums[SUPPORT], (mirrored[0], False))
         supports = sum(s.force_y_N for name, s in sums.items() if name != INDENTER)
         section = self._extent(position[self._section])
-        stored = comm.allreduce(fem.assemble_scalar(self._energy), op=MPI.SUM) * problem.factor
+        self.material = self._points.evaluate()
+        stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
         work = sum(s.friction_work_Nmm for s in sums.values()) * problem.factor
         return Observables(
             force_N=-sums[INDENTER].force_y_N * problem.factor,
@@ -108,8 +136,13 @@ class Observer:
             section_height_mm=section[1],
             section_width_mm=section[0] * (2.0 if mirrored[0] else 1.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
+            overhang_mm=self._overhang(position, sums),
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
+            **{
+                f"min_{name}": float(comm.allreduce(values.min(initial=np.inf), op=MPI.MIN))
+                for name, values in dataclasses.asdict(self.material).items()
+            },
         )
 
     def _extent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,6 +162,15 @@ class Observer:
         top = comm.allreduce(position[roof, 1].min(initial=np.inf), op=MPI.MIN)
         bottom = comm.allreduce(position[floor, 1].max(initial=-np.inf), op=MPI.MAX)
         return float(top - bottom)
+
+    def _overhang(self, position: NDArray[np.float64], sums: dict[str, ContactSums]) -> float:
+        """Least distance along Z from the middle of a support's contact to the stalk's end."""
+        left = [np.inf]
+        for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
+            if name in sums and sums[name].area_mm2 > 0.0:
+                end = (side * position[side * self._at[:, 2] > self._end, 2]).min(initial=np.inf)
+                left.append(end - side * sums[name].first_mm3[1] / sums[name].area_mm2)
+        return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
 
     def _in_middle(self) -> NDArray[np.bool_]:
         """Mark the bore's vertices near X = 0, where roof and floor would meet first."""

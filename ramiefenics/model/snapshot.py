@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.jit import compile_expression
-from ramiefenics.model.surface import SurfaceFields
+from ramiefenics.model.observables import Observer
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,10 @@ class Snapshot:
         ``displacement`` (mm, shape (n, 3)), ``contact_pressure`` (MPa), ``contact_state``
         (0 none, 1 stick, 2 slip).
     cell_data
-        ``layer`` (1 for the innermost), ``von_mises`` and ``axial_stress`` (Cauchy, MPa; the
-        latter along the deformed fibres), ``axial_stretch``, ``volume_ratio``; at the middles of
-        the hexahedra.
+        ``layer`` (1 for the innermost); at the middles of the hexahedra ``von_mises`` and
+        ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
+        ``axial_stretch``; ``min_volume_ratio``, ``min_principal_stretch`` and
+        ``min_acoustic_MPa``, the lowest of the cell's quadrature points.
     """
 
     travel_mm: float
@@ -52,14 +54,14 @@ class Camera:
     ----------
     problem
         What to look at.
-    surface
-        Its contact fields.
+    observer
+        What has been observed of it at the same step.
     """
 
-    CELL_FIELDS = ("von_mises", "axial_stress", "axial_stretch", "volume_ratio")
+    MIDDLE_FIELDS = ("von_mises", "axial_stress", "axial_stretch")
 
-    def __init__(self, problem: BendingProblem, surface: SurfaceFields) -> None:
-        self._problem, self._surface = problem, surface
+    def __init__(self, problem: BendingProblem, observer: Observer) -> None:
+        self._problem, self._observer = problem, observer
         solid = problem.solid
         self._scalar = fem.functionspace(solid.mesh, ("Lagrange", solid.order))
         self._vertex = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", 1)))
@@ -83,7 +85,6 @@ class Camera:
                 ufl.sqrt(1.5 * ufl.inner(deviator, deviator)),
                 ufl.dot(along, sigma * along) / stretch**2,
                 stretch,
-                ufl.det(F),
             )
         )
         return compile_expression(fields, self._middles)
@@ -93,16 +94,25 @@ class Camera:
         solid = self._problem.solid
         comm = solid.mesh.comm
         nodes = self._scalar.dofmap.list[: len(self._cells)]
-        values = self._expression.eval(solid.mesh, self._cells).reshape(-1, len(self.CELL_FIELDS))
-        pressure, state = self._surface.evaluate()
+        values = self._expression.eval(solid.mesh, self._cells)
+        values = values.reshape(-1, len(self.MIDDLE_FIELDS))
+        pressure, state = self._observer.surface.evaluate()
+        pieces = len(self._corners)
+        cell_data = {
+            "layer": np.repeat(self._layer[self._cells], pieces),
+            **dict(zip(self.MIDDLE_FIELDS, values.T, strict=True)),
+            **{
+                f"min_{name}": np.repeat(points.min(axis=1), pieces)
+                for name, points in dataclasses.asdict(self._observer.material).items()
+            },
+        }
         local = {
             "points": self._scalar.tabulate_dof_coordinates(),
             "cells": nodes[:, self._corners].reshape(-1, 8).astype(np.int64),
             "displacement": solid.displacement.x.array.reshape(-1, 3).copy(),
             "contact_pressure": self._to_nodes(pressure),
             "contact_state": np.rint(self._to_nodes(state.astype(float))).astype(np.int8),
-            "layer": np.repeat(self._layer[self._cells], len(self._corners)),
-            **dict(zip(self.CELL_FIELDS, values.T, strict=True)),
+            **cell_data,
         }
         parts = comm.gather(local, root=0)
         if parts is None:
@@ -116,7 +126,7 @@ class Camera:
             whole["points"],
             whole["cells"],
             {n: whole[n] for n in ("displacement", "contact_pressure", "contact_state")},
-            {n: whole[n] for n in ("layer", *self.CELL_FIELDS)},
+            {n: whole[n] for n in cell_data},
         )
 
     def _to_nodes(self, at_vertices: NDArray[np.float64]) -> NDArray[np.float64]:

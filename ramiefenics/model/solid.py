@@ -13,6 +13,7 @@ from dolfinx import mesh as dmesh
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.specification import Material
+from ramiefenics.specification.material import G_PER_CM3
 
 QUADRATURE_DEGREE = {1: 2, 2: 4}
 """Volume quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points, full integration."""
@@ -41,6 +42,8 @@ class Solid:
         Vector Lagrange space of the displacement, mm.
     displacement
         The unknown.
+    density
+        Cell-wise, tonne/mm3.
     """
 
     def __init__(
@@ -52,27 +55,28 @@ class Solid:
     ) -> None:
         self.mesh = mesh
         self.law = LAWS[law]
+        parameters = [self.law.parameters(material) for material in materials]
         self.order: int = mesh.geometry.cmap.degree
         self.space = fem.functionspace(mesh, ("Lagrange", self.order, (mesh.geometry.dim,)))
         self.cellwise = fem.functionspace(mesh, ("DG", 0))
         self.displacement = fem.Function(self.space, name="displacement")
-        self._parameters = self._layer_parameters(cells, materials)
+        self._parameters = {
+            name: self._layerwise(name, cells, [p[name] for p in parameters])
+            for name in parameters[0]
+        }
+        densities = [G_PER_CM3 * material.density_g_per_cm3 for material in materials]
+        self.density = self._layerwise("density", cells, densities)
         self.dx = ufl.Measure(
             "dx", mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE[self.order]}
         )
 
-    def _layer_parameters(
-        self, cells: dmesh.MeshTags, materials: Sequence[Material]
-    ) -> dict[str, fem.Function]:
-        layers = [self.law.parameters(material) for material in materials]
-        functions = {name: fem.Function(self.cellwise, name=name) for name in layers[0]}
-        for tag, layer in enumerate(layers, start=1):
-            found = cells.find(tag)
-            for name, function in functions.items():
-                function.x.array[found] = layer[name]
-        for function in functions.values():
-            function.x.scatter_forward()
-        return functions
+    def _layerwise(self, name: str, cells: dmesh.MeshTags, values: Sequence[float]) -> fem.Function:
+        """Return a cell-wise function with one value per layer."""
+        function = fem.Function(self.cellwise, name=name)
+        for tag, value in enumerate(values, start=1):
+            function.x.array[cells.find(tag)] = value
+        function.x.scatter_forward()
+        return function
 
     def gradient(self, displacement: Expr) -> Expr:
         """Return the deformation gradient of a displacement, UFL shape (3, 3)."""

@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
+from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ STYLE: Any = {
 }
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 """From Okabe and Ito's palette, distinct to colour-blind eyes."""
+
+LOSS_LINES = {"volume": "-", "stretch": "--", "ellipticity": ":"}
 
 STRESS_COLOURS = "RdBu_r"
 
@@ -47,13 +50,44 @@ def curve_figure(result: BendingResult) -> Figure:
                 ha="right",
                 color=VERMILION,
             )
-        if result.failure is not None:
-            axes.set_title(result.failure, fontsize=8, color=VERMILION, loc="left", wrap=True)
+        _mark_losses(axes, result)
+        _mark_jumps(axes, result)
+        if not result.completed:
+            reason = result.ending.reason
+            axes.set_title(reason, fontsize=8, color=VERMILION, loc="left", wrap=True)
         axes.set_xlabel("Indenter displacement (mm)")
         axes.set_ylabel("Force (N)")
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
     return figure
+
+
+def _mark_losses(axes: Axes, result: BendingResult) -> None:
+    """Draw where the model stops being one."""
+    for name, travel in result.losses_mm.items():
+        axes.axvline(travel, color=GREY, lw=1.0, ls=LOSS_LINES[name], label=f"{name} lost")
+    if result.losses_mm:
+        axes.legend(loc="upper left", fontsize=8, frameon=False)
+
+
+def _mark_jumps(axes: Axes, result: BendingResult) -> None:
+    """Draw each jump as an arrow with the energy that it releases."""
+    for jump in result.jumps:
+        at = jump.displacement_mm
+        axes.annotate(
+            "",
+            (at, jump.force_after_N),
+            xytext=(at, jump.force_before_N),
+            arrowprops={"arrowstyle": "->", "color": VERMILION, "lw": 1.5},
+        )
+        axes.annotate(
+            f"jump, {jump.energy_released_Nmm:.3g} N mm",
+            (at, jump.force_before_N),
+            xytext=(4, 4),
+            textcoords="offset points",
+            fontsize=8,
+            color=VERMILION,
+        )
 
 
 def section_figure(result: BendingResult, number: int = -1) -> Figure:

@@ -9,7 +9,7 @@ from typing import Any
 
 import ramiefenics
 from ramiefenics.model.compat import VERSION as DOLFINX_VERSION
-from ramiefenics.solve.result import BendingResult
+from ramiefenics.solve.result import LOSSES, BendingResult
 from ramiefenics.specification.files import to_dict
 
 PACKAGES = ("petsc4py", "mpi4py", "numpy", "gmsh", "pyvista")
@@ -28,10 +28,15 @@ def summarise(result: BendingResult) -> dict[str, Any]:
         "has_force_maximum": result.has_force_maximum,
         "slope_N_per_mm": result.slope_N_per_mm,
         "completed": result.completed,
-        "failure": result.failure,
+        "ending": dataclasses.asdict(result.ending),
         "reached_mm": float(curve["displacement_mm"].iloc[-1]),
         "force_imbalance": imbalance / result.max_force_N if result.max_force_N > 0 else None,
         "energy_imbalance": (work - spent) / work if work > 0 else None,
+        "min_volume_ratio": float(curve["min_volume_ratio"].min()),
+        "min_principal_stretch": float(curve["min_principal_stretch"].min()),
+        "min_acoustic_MPa": float(curve["min_acoustic_MPa"].min()),
+        "lost_at_mm": {name: result.losses_mm.get(name) for name in LOSSES},
+        "jumps": [dataclasses.asdict(jump) for jump in result.jumps],
         **dataclasses.asdict(result.statistics),
         "mesh": result.test.numerics.mesh.name,
         "versions": versions(),

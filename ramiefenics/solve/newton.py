@@ -48,6 +48,25 @@ class NewtonOutcome:
     reason: str
 
 
+@dataclass(frozen=True)
+class Inertia:
+    """Adds ``mass (u - predicted) / time_step^2`` to the residual.
+
+    Attributes
+    ----------
+    mass
+        Lumped, tonne, one entry per degree of freedom.
+    predicted
+        Where the structure would go without forces, mm.
+    time_step_s
+        Time step.
+    """
+
+    mass: PETSc.Vec
+    predicted: PETSc.Vec
+    time_step_s: float
+
+
 class Newton:
     """Solve ``residual(u) = 0`` from the current value of `u`.
 
@@ -79,9 +98,13 @@ class Newton:
         self._b = u.x.petsc_vec.duplicate()
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
+        self._diagonal = u.x.petsc_vec.duplicate()
+        self._inertia: Inertia | None = None
         self._solver = _direct_solver(self._matrix)
 
-    def solve(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
+    def solve(
+        self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None
+    ) -> NewtonOutcome:
         """Solve to a residual norm of at most `tolerance_N`.
 
         Parameters
@@ -90,7 +113,10 @@ class Newton:
             Bound on the Euclidean norm of the residual.
         largest_update_mm
             No displacement component changes by more in one iteration.
+        inertia
+            Of a time step; none, the default, means equilibrium.
         """
+        self._inertia = inertia
         history = [self._evaluate()]
         for iteration in range(self._max_iterations):
             if history[-1] <= tolerance_N:
@@ -126,15 +152,40 @@ class Newton:
             local.set(0.0)
         assemble_vector(self._b, self._residual)
         self._b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        if self._inertia is not None:
+            self._add_inertia(self._inertia)
         set_bc(self._b, self._bcs, self._u.x.petsc_vec, -1.0)
         return float(self._b.norm())
+
+    def _add_inertia(self, inertia: Inertia) -> None:
+        change = self._diagonal
+        change.waxpy(-1.0, inertia.predicted, self._u.x.petsc_vec)
+        change.pointwiseMult(change, inertia.mass)
+        self._b.axpy(1.0 / inertia.time_step_s**2, change)
 
     def _assemble_tangent(self) -> None:
         matrix = self._matrix
         matrix.zeroEntries()
         assemble_matrix(matrix, self._jacobian, self._bcs)
         matrix.assemble()
-        matrix.shift(RIGID_SHIFT * abs(matrix.getDiagonal().sum()) / matrix.size[0])
+        matrix.getDiagonal(self._diagonal)
+        matrix.shift(RIGID_SHIFT * abs(self._diagonal.sum()) / matrix.size[0])
+        if self._inertia is not None:
+            matrix.getDiagonal(self._diagonal)
+            self._diagonal.axpy(1.0 / self._inertia.time_step_s**2, self._inertia.mass)
+            matrix.setDiagonal(self._diagonal)
+
+    def residual_norm(self) -> float:
+        """Return the norm of the current residual without inertia, N."""
+        self._inertia = None
+        return self._evaluate()
+
+    def mean_stiffness(self) -> float:
+        """Return the mean diagonal entry of the current tangent without inertia, N/mm."""
+        self._inertia = None
+        self._assemble_tangent()
+        self._matrix.getDiagonal(self._diagonal)
+        return float(self._diagonal.sum()) / self._matrix.size[0]
 
 
 def _direct_solver(matrix: PETSc.Mat) -> PETSc.KSP:

@@ -1,156 +1,218 @@
-"""Displacement-controlled implicit stepping to the end of the indenter's travel."""
+"""Displacement-controlled implicit stepping to the end of the travel."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from ramiefenics.model.bending import INDENTER, BendingProblem
-from ramiefenics.model.observables import Observables, Observer
+from ramiefenics.solve.driven import Driven, Observed
+from ramiefenics.solve.motion import DampedMotion
 from ramiefenics.solve.newton import Newton, NewtonOutcome
+from ramiefenics.specification import Protocol, Stepping
 
 EASY_ITERATIONS = 8
 """A step that took no more lets the next one be twice as long."""
 
 UPDATE_LIMIT = 4.0
-"""Largest change of a displacement component in one iteration, over the step of the indenter."""
+"""Largest change of a displacement component in one iteration, over the step of the drive."""
 
 SMALLEST_SCALE_N = 0.01
 """Force to which tolerances refer before there is any."""
 
+WORK_SHARE, STORED_SHARE = 0.2, 1e-3
+"""A step that loses more than these shares of the drive's work and of the stored energy contains
+a jump. The trapezoidal rule, by which the loss is measured, errs by less."""
+
+T = TypeVar("T", bound=Observed)
+
 
 @dataclass(frozen=True)
-class Step:
+class Jump:
+    """A dynamic transition between two equilibria within one step.
+
+    Attributes
+    ----------
+    displacement_mm
+        Travel after it; it began within the step before.
+    energy_released_Nmm
+        What the drive's work and the stored energy leave unaccounted for: kinetic at first.
+    force_before_N, force_after_N
+        Drop of the driving force.
+    """
+
+    displacement_mm: float
+    energy_released_Nmm: float
+    force_before_N: float
+    force_after_N: float
+
+
+@dataclass(frozen=True)
+class Step(Generic[T]):
     """One converged step.
 
     Attributes
     ----------
     travel_mm
-        Travel of the indenter at its end.
+        Travel of the drive at its end.
     observables
         What was measured.
     iterations
         Newton iterations, failed attempts excluded.
     save
-        Whether the protocol wants full fields here.
+        Whether the protocol wants full fields here, or nothing follows.
+    jump
+        The jump in this step, if any.
     """
 
     travel_mm: float
-    observables: Observables
+    observables: T
     iterations: int
     save: bool
+    jump: Jump | None = None
 
 
 @dataclass(frozen=True)
-class Failure:
-    """Why stepping ended before the end of the travel.
+class Ending:
+    """Why stepping ended.
 
     Attributes
     ----------
-    travel_mm
-        Last converged travel.
+    kind
+        ``completed`` (the whole travel), ``physical`` (what follows is outside the model),
+        ``interrupted`` (by the user) or ``not converged``.
     reason
-        One sentence.
+        One sentence; empty if completed.
     """
 
-    travel_mm: float
-    reason: str
+    kind: str
+    reason: str = ""
 
 
-class QuasiStatic:
-    """Steps a problem forward, adapting the increment in both directions.
+class QuasiStatic(Generic[T]):
+    """Steps a structure forward, adapting the increment in both directions.
+
+    Where steps of the least length find no equilibrium, or lose energy, the structure jumps.
 
     Parameters
     ----------
     problem
         What to solve; its displacement is zero at first.
-    observer
-        What to measure after each step.
+    observe
+        Measures it after each step.
+    protocol, settings
+        How far, and in what steps.
 
     Attributes
     ----------
     newton_iterations, cut_backs
         Totals so far, failed attempts included.
-    failure
-        Set when stepping ended early.
+    ending
+        Why stepping ended, once it has.
     """
 
-    def __init__(self, problem: BendingProblem, observer: Observer) -> None:
-        self._problem, self._observer = problem, observer
-        self._settings = problem.test.numerics.stepping
+    def __init__(
+        self, problem: Driven, observe: Callable[[], T], protocol: Protocol, settings: Stepping
+    ) -> None:
+        self._problem, self._observe = problem, observe
+        self._protocol, self._settings = protocol, settings
         self._newton = Newton(
             problem.residual,
             problem.jacobian,
-            problem.solid.displacement,
+            problem.displacement,
             problem.bcs,
-            self._settings.max_iterations,
+            settings.max_iterations,
         )
-        self._force_scale_N = SMALLEST_SCALE_N
-        self._u = problem.solid.displacement.x.array
+        self._motion = DampedMotion(problem, self._newton)
+        self._u = problem.displacement.x.array
         self._last = self._u.copy()
         self._rate = self._u.copy()  # change per travel in the last step
+        self._measured: T = observe()
         self.newton_iterations = 0
         self.cut_backs = 0
-        self.failure: Failure | None = None
+        self.ending: Ending | None = None
 
-    def steps(self) -> Iterator[Step]:
-        """Yield converged steps until the end of the travel, or until `failure` is set.
+    def steps(self) -> Iterator[Step[T]]:
+        """Yield the state before the first step, then converged steps, until `ending` is set.
 
         While the caller holds a step, the problem is in its state, slip included.
         """
-        settings, protocol = self._settings, self._problem.test.protocol
+        settings = self._settings
+        yield Step(0.0, self._measured, 0, save=False)
         travel, increment = 0.0, settings.first_step_mm
-        while travel < protocol.travel_mm:
+        while self.ending is None:
             stop = self._next_stop(travel)
             reaches = travel + increment > stop - settings.min_step_mm
             target = stop if reaches else travel + increment
-            outcome = self._attempt(travel, target)
-            if not outcome.converged:
+            shorter = (target - travel) / 2.0
+            may_jump = shorter < settings.min_step_mm
+            outcome = self._attempt(travel, target, may_jump)
+            if may_jump and not outcome.converged:
+                self.ending = Ending("not converged", _explain(travel, target, outcome))
+                return
+            measured = self._observe() if outcome.converged else self._measured
+            jump = self._jump(target, target - travel, measured)
+            if not outcome.converged or (jump and not may_jump):
                 self.cut_backs += 1
-                increment = (target - travel) / 2.0
-                if increment < settings.min_step_mm:
-                    self.failure = self._explain(travel, outcome)
-                    return
+                increment = shorter
                 continue
-            observables = self._observer.observe()
-            yield Step(target, observables, outcome.iterations, reaches)
-            self._accept(target - travel, observables)
+            self.ending = self._ending(target, measured)
+            save = reaches or self.ending is not None
+            yield Step(target, measured, outcome.iterations, save, jump)
+            self._accept(target - travel, measured, jumped=jump is not None)
             travel = target
             if outcome.iterations <= EASY_ITERATIONS:
                 increment = min(2.0 * increment, settings.max_step_mm)
 
     def _next_stop(self, travel: float) -> float:
-        protocol = self._problem.test.protocol
+        protocol = self._protocol
         done = int((travel + self._settings.min_step_mm) / protocol.save_every_mm)
         return min((done + 1) * protocol.save_every_mm, protocol.travel_mm)
 
-    def _attempt(self, travel: float, target: float) -> NewtonOutcome:
+    def _attempt(self, travel: float, target: float, may_jump: bool) -> NewtonOutcome:
         length = target - travel
-        self._problem.contact.place(INDENTER, -length, length)
+        self._problem.place(length)
         if travel == 0.0:
             self._problem.first_guess(length)
         else:
             self._u[:] = self._last + length * self._rate
-        outcome = self._newton.solve(
-            self._settings.relative_tolerance * self._force_scale_N,
-            largest_update_mm=UPDATE_LIMIT * length,
-        )
+        force = abs(self._measured.force_N) / self._problem.factor
+        tolerance = self._settings.relative_tolerance * max(force, SMALLEST_SCALE_N)
+        outcome = self._newton.solve(tolerance, largest_update_mm=UPDATE_LIMIT * length)
         self.newton_iterations += outcome.iterations
+        if may_jump and not outcome.converged:
+            self._u[:] = self._last
+            outcome = self._motion.settle(tolerance, UPDATE_LIMIT * self._settings.max_step_mm)
+            self.newton_iterations += outcome.iterations
         return outcome
 
-    def _accept(self, length: float, observables: Observables) -> None:
-        self._rate[:] = (self._u - self._last) / length
-        self._last[:] = self._u
-        # of the modelled part, whose residual is measured
-        force = observables.force_N / self._problem.factor
-        self._force_scale_N = max(force, SMALLEST_SCALE_N)
-        self._problem.contact.advance()
-        self._problem.contact.update_stabilisation()
+    def _jump(self, travel: float, length: float, measured: T) -> Jump | None:
+        before = self._measured
+        work = (before.force_N + measured.force_N) / 2.0 * length
+        stored = measured.stored_energy_Nmm - before.stored_energy_Nmm
+        released = work - stored - measured.friction_work_Nmm
+        least = max(WORK_SHARE * abs(work), STORED_SHARE * measured.stored_energy_Nmm)
+        if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch
+            return None
+        return Jump(travel, released, before.force_N, measured.force_N)
 
-    def _explain(self, travel: float, outcome: NewtonOutcome) -> Failure:
-        return Failure(
-            travel,
-            f"no equilibrium found beyond {travel:.3f} mm of travel: in steps down to "
-            f"{self._settings.min_step_mm:g} mm, {outcome.reason} (residual "
-            f"{outcome.residual_N:.2g} N after {outcome.iterations} iterations)",
-        )
+    def _ending(self, travel: float, measured: T) -> Ending | None:
+        reason = measured.physical_end()
+        if reason is not None:
+            return Ending("physical", f"{reason}, at {travel:.3f} mm of travel")
+        return Ending("completed") if travel >= self._protocol.travel_mm else None
+
+    def _accept(self, length: float, measured: T, jumped: bool) -> None:
+        # the direction of a jump does not tell that of the path behind it
+        self._rate[:] = 0.0 if jumped else (self._u - self._last) / length
+        self._last[:] = self._u
+        self._measured = measured
+        self._problem.accept()
+
+
+def _explain(travel: float, target: float, outcome: NewtonOutcome) -> str:
+    return (
+        f"no equilibrium found beyond {travel:.3f} mm of travel: in a step of "
+        f"{target - travel:.3g} mm, {outcome.reason} (residual {outcome.residual_N:.2g} N after "
+        f"{outcome.iterations} iterations)"
+    )

@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from ramiefenics.model.laws import LAWS
 from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.specification import BendingTest
+
+LOSSES = {
+    "volume": "the material turns inside out",
+    "stretch": "compression passes the law's limit, its stress falls",
+    "ellipticity": "the material loses strong ellipticity, the answer depends on the mesh",
+}
+"""Properties that a law may lose, and what that means."""
 
 
 @dataclass(frozen=True)
@@ -50,20 +59,42 @@ class BendingResult:
         Full fields at the travels that the protocol names.
     statistics
         Cost.
-    failure
-        None when the whole travel was reached, else one sentence.
+    ending
+        Whether the whole travel was reached, else why not.
+    jumps
+        Dynamic transitions on the way.
     """
 
     test: BendingTest
     curve: pd.DataFrame
     snapshots: tuple[Snapshot, ...]
     statistics: Statistics
-    failure: str | None = None
+    ending: Ending
+    jumps: tuple[Jump, ...] = ()
 
     @property
     def completed(self) -> bool:
         """Whether the whole travel was reached."""
-        return self.failure is None
+        return self.ending.kind == "completed"
+
+    @property
+    def losses_mm(self) -> dict[str, float]:
+        """Travel at the first step at which the material has lost a property; none if never.
+
+        The keys are those of `LOSSES`: J is not positive, some principal stretch is below
+        `Law.least_stretch`, the acoustic tensor has an eigenvalue that is not positive.
+        """
+        curve = self.curve
+        lost = {
+            "volume": curve["min_volume_ratio"] <= 0.0,
+            "stretch": curve["min_principal_stretch"] <= LAWS[self.test.law].least_stretch,
+            "ellipticity": curve["min_acoustic_MPa"] <= 0.0,
+        }
+        return {
+            name: float(curve["displacement_mm"][where].iloc[0])
+            for name, where in lost.items()
+            if where.any()
+        }
 
     @property
     def max_force_N(self) -> float:

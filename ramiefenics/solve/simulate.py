@@ -13,7 +13,7 @@ from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
 from ramiefenics.model.snapshot import Camera, Snapshot
 from ramiefenics.solve.interrupt import stop_on_interrupt
-from ramiefenics.solve.quasistatic import QuasiStatic, Step
+from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import BendingTest
 
@@ -21,7 +21,7 @@ from ramiefenics.specification import BendingTest
 def simulate(
     test: BendingTest,
     comm: MPI.Comm | None = None,
-    on_step: Callable[[Step], None] | None = None,
+    on_step: Callable[[Step[Observables]], None] | None = None,
 ) -> BendingResult:
     """Bend a stalk.
 
@@ -40,7 +40,7 @@ def simulate(
     Returns
     -------
     BendingResult
-        Complete, or up to where it failed or was interrupted: `BendingResult.failure` tells.
+        Complete, or up to where it ended before: `BendingResult.ending` tells.
 
     Raises
     ------
@@ -51,11 +51,12 @@ def simulate(
     start = time.perf_counter()
     problem = BendingProblem(test, comm)
     observer = Observer(problem)
-    camera = Camera(problem, observer.surface)
-    stepper = QuasiStatic(problem, observer)
-    steps: list[Step] = []
+    camera = Camera(problem, observer)
+    numerics = test.numerics
+    stepper = QuasiStatic(problem, observer.observe, test.protocol, numerics.stepping)
+    steps: list[Step[Observables]] = []
     snapshots: list[Snapshot | None] = []
-    failure = None
+    interrupted = None
     with stop_on_interrupt(comm) as request:
         for step in stepper.steps():
             steps.append(step)
@@ -64,37 +65,31 @@ def simulate(
             if on_step is not None:
                 on_step(step)
             if request.agreed():
-                failure = f"interrupted at {step.travel_mm:.3f} mm of travel"
+                reason = f"interrupted at {step.travel_mm:.3f} mm of travel"
+                interrupted = Ending("interrupted", reason)
                 break
-    if stepper.failure is not None:
-        failure = stepper.failure.reason
     cells = problem.tube.mesh.topology.index_map(problem.tube.mesh.topology.dim)
     statistics = Statistics(
         dofs=problem.unknowns,
         cells=int(cells.size_global),
-        steps=len(steps),
+        steps=len(steps) - 1,
         newton_iterations=stepper.newton_iterations,
         cut_backs=stepper.cut_backs,
         wall_s=time.perf_counter() - start,
         ranks=comm.size,
     )
     kept = tuple(snapshot for snapshot in snapshots if snapshot is not None)
-    return BendingResult(test, _curve(test, steps), kept, statistics, failure)
+    ending = interrupted or stepper.ending
+    assert ending is not None  # or the steps would go on
+    jumps = tuple(step.jump for step in steps if step.jump is not None)
+    return BendingResult(test, _curve(steps), kept, statistics, ending, jumps)
 
 
-def _curve(test: BendingTest, steps: list[Step]) -> pd.DataFrame:
+def _curve(steps: list[Step[Observables]]) -> pd.DataFrame:
     """Tabulate steps, starting from the untouched stalk, and sum up works."""
-    untouched = dict.fromkeys((f.name for f in dataclasses.fields(Observables)), 0.0)
-    diameter, void = test.stalk.outer_diameter_mm, test.stalk.void_diameter_mm
-    untouched |= {
-        "section_height_mm": diameter,
-        "section_width_mm": diameter,
-        "void_height_mm": void if void else float("nan"),
-    }
-    rows = [untouched, *(dataclasses.asdict(step.observables) for step in steps)]
-    curve = pd.DataFrame(rows)
-    curve.insert(0, "displacement_mm", [0.0, *(step.travel_mm for step in steps)])
-    curve["newton_iterations"] = [0, *(step.iterations for step in steps)]
+    curve = pd.DataFrame([dataclasses.asdict(step.observables) for step in steps])
+    curve.insert(0, "displacement_mm", [step.travel_mm for step in steps])
+    curve["newton_iterations"] = [step.iterations for step in steps]
     curve["friction_work_Nmm"] = curve["friction_work_Nmm"].cumsum()
     mean_force = curve["force_N"].rolling(2).mean().fillna(0.0)
     travel = curve["displacement_mm"].diff().fillna(0.0)

@@ -134,9 +134,10 @@ class Closure:
         ``(ln J)^2``, as a cellular solid that closes its cells (Gibson and Ashby 1997).
     """
 
-    fibre_strength: float = 0.2
+    fibre_strength: float = 0.1
     fibre_residual_tangent: float = 1.0
     shear_yield_strain: float = 0.05
+    shear_residual_tangent: float = 0.2
     densification: float = 3.0
 
     def __post_init__(self) -> None:
@@ -144,6 +145,7 @@ class Closure:
         check_number(self, "fibre_strength", above=0.0, at_most=1.0)
         check_number(self, "fibre_residual_tangent", at_least=0.0)
         check_number(self, "shear_yield_strain", above=0.0)
+        check_number(self, "shear_residual_tangent", at_least=self.fibre_strength, at_most=1.0)
         check_number(self, "densification", at_least=0.0)
 
 

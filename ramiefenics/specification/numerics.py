@@ -50,7 +50,8 @@ class Stepping:
     Attributes
     ----------
     first_step_mm, max_step_mm, min_step_mm
-        First, largest and smallest increment. A smaller one ends the run.
+        First, largest and smallest increment. Where the smallest finds no equilibrium nearby,
+        the stalk jumps: see ``docs/model.md``.
     max_iterations
         Newton iterations before the increment is cut.
     relative_tolerance
@@ -59,7 +60,7 @@ class Stepping:
 
     first_step_mm: float = 0.5
     max_step_mm: float = 1.0
-    min_step_mm: float = 1e-3
+    min_step_mm: float = 0.05
     max_iterations: int = 20
     relative_tolerance: float = 1e-6
 

@@ -26,11 +26,15 @@ class Law:
     energy
         From the deformation gradient, UFL shape (3, 3), and the parameters to the energy per
         undeformed volume, N/mm2. Its second derivative at rest is `Elastic.stiffness`.
+    least_stretch
+        Stretch at which the stress of a compressed fibre or layer stops growing; 0 if it never
+        does.
     """
 
     name: str
     parameters: Callable[[Material], dict[str, float]]
     energy: Callable[[Expr, Mapping[str, Expr]], Expr]
+    least_stretch: float = 0.0
 
 
 def stiffness_entries(elastic: Elastic) -> tuple[float, float, float, float]:

@@ -6,6 +6,7 @@ compression: a layer collapses through its thickness at stretch 1/sqrt(3).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import ufl
@@ -39,4 +40,4 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     )
 
 
-SAINT_VENANT_KIRCHHOFF = Law("svk", _parameters, _energy)
+SAINT_VENANT_KIRCHHOFF = Law("svk", _parameters, _energy, least_stretch=1.0 / math.sqrt(3.0))

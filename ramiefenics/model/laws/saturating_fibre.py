@@ -49,7 +49,7 @@ def _parameters(material: Material) -> dict[str, float]:
         "k": tangent,
         "s_c": closure.fibre_strength * g_xz,
         "h": closure.fibre_residual_tangent * g_xz,
-        "R": closure.fibre_strength,
+        "R": closure.shear_residual_tangent,
         "gamma_Y": closure.shear_yield_strain,
         "d": closure.densification,
         "shear_XZ": g_xz - mu,

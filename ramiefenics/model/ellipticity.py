@@ -1,0 +1,150 @@
+"""Whether the material can still resist: volume ratio, principal stretch, strong ellipticity.
+
+A hyperelastic solid is strongly elliptic where ``A(m, N) = m.(d2W/dF2 : m (x) N) N`` is positive
+for all directions m, N: where every plane wave has a speed, and no deformation can localise in a
+band (Hadamard 1903; Marsden and Hughes 1983, section 4.3). Its minimum over unit vectors is the
+smallest eigenvalue of the acoustic tensor over directions N. Where it is lost, the solution depends
+on the mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import basix
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+
+from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.solid import QUADRATURE_DEGREE, Solid
+
+COARSE, FINE = 48, 400
+"""Directions N on the hemisphere at which the search for the minimum starts: at every point, and
+at the critical ones."""
+
+CRITICAL_SHARE = 0.05
+"""Share of the points, lowest by the coarse search, that count as critical."""
+
+COARSE_SWEEPS, FINE_SWEEPS = 1, 10
+"""Improvements of the best direction found."""
+
+
+@dataclass(frozen=True)
+class PointState:
+    """State of the material at every quadrature point of this rank's cells.
+
+    Attributes
+    ----------
+    volume_ratio
+        J, shape (cells, points).
+    principal_stretch
+        The smallest one, negative where J is; same shape.
+    acoustic_MPa
+        Smallest eigenvalue of the acoustic tensor over directions; same shape.
+    """
+
+    volume_ratio: NDArray[np.float64]
+    principal_stretch: NDArray[np.float64]
+    acoustic_MPa: NDArray[np.float64]
+
+
+class MaterialPoints:
+    """The quadrature points of a solid.
+
+    Parameters
+    ----------
+    solid
+        Whose material to look at.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        points, _ = basix.make_quadrature(basix.CellType.hexahedron, QUADRATURE_DEGREE[solid.order])
+        self._mesh = solid.mesh
+        count = solid.mesh.topology.index_map(solid.mesh.topology.dim).size_local
+        self._cells = np.arange(count, dtype=np.int32)
+        F = ufl.variable(solid.gradient(solid.displacement))
+        tangent = ufl.diff(ufl.diff(solid.energy_density(F), F), F)
+        self._gradient = compile_expression(solid.gradient(solid.displacement), points)
+        self._tangent = compile_expression(tangent, points)
+        self._shape = (count, len(points))
+
+    def evaluate(self) -> PointState:
+        """Return the current state."""
+        F = self._gradient.eval(self._mesh, self._cells).reshape(-1, 3, 3)
+        tangent = self._tangent.eval(self._mesh, self._cells).reshape(-1, 3, 3, 3, 3)
+        volume_ratio = np.linalg.det(F)
+        stretch = np.linalg.svd(F, compute_uv=False)[:, -1] * np.sign(volume_ratio)
+        acoustic = smallest_acoustic_eigenvalue(tangent)
+        fields = (volume_ratio, stretch, acoustic)
+        return PointState(*(field.reshape(self._shape) for field in fields))
+
+
+def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Minimise ``A_iJkL m_i N_J m_k N_L`` over unit vectors m and N.
+
+    The best of a set of directions N is improved by turns: for fixed N the best m is an
+    eigenvector of the acoustic tensor, for fixed m the best N one of its counterpart, and
+    neither turn raises the value. An upper bound of the minimum, hence; tight at the critical
+    points, which are searched more finely.
+
+    Parameters
+    ----------
+    tangent
+        Second derivatives of the energy by the deformation gradient, MPa, shape (n, 3, 3, 3, 3).
+
+    Returns
+    -------
+    numpy.ndarray
+        MPa, shape (n,).
+    """
+    # A_(iJ)(kL) to (ik)(JL): acoustic tensors for all directions are one matrix product
+    form = tangent.transpose(0, 1, 3, 2, 4).reshape(-1, 9, 9)
+    value = _search(form, COARSE, COARSE_SWEEPS)
+    critical = np.argsort(value)[: math.ceil(CRITICAL_SHARE * len(value))]
+    finer = _search(form[critical], FINE, FINE_SWEEPS)
+    value[critical] = np.minimum(value[critical], finer)
+    return value
+
+
+def _search(form: NDArray[np.float64], directions: int, sweeps: int) -> NDArray[np.float64]:
+    """Search from a number of directions N, shape (n, 9, 9) to (n,)."""
+    starts = hemisphere(directions)
+    dyads = np.einsum("dj,dl->jld", starts, starts).reshape(9, -1)
+    n = starts[_smallest_eigenvalue((form @ dyads).reshape(-1, 3, 3, directions)).argmin(axis=1)]
+    turned = form.transpose(0, 2, 1)
+    for _ in range(sweeps):
+        m = _lowest_eigenvector(form, n)[1]
+        value, n = _lowest_eigenvector(turned, m)
+    return value
+
+
+def hemisphere(count: int) -> NDArray[np.float64]:
+    """Spread unit vectors evenly over a hemisphere (Fibonacci lattice), shape (count, 3)."""
+    i = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1.0 - i / count), np.pi * (1.0 + 5.0**0.5) * i
+    x, y = np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar)
+    return np.stack([x, y, np.cos(polar)], axis=1)
+
+
+def _lowest_eigenvector(
+    form: NDArray[np.float64], vector: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    dyad = np.einsum("ni,nj->nij", vector, vector).reshape(-1, 9, 1)
+    values, vectors = np.linalg.eigh((form @ dyad).reshape(-1, 3, 3))
+    return values[:, 0], vectors[:, :, 0]
+
+
+def _smallest_eigenvalue(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Smallest eigenvalue of symmetric tensors, shape (n, 3, 3, d) to (n, d), in closed form.
+
+    Smith (1961), Communications of the ACM 4, p. 168.
+    """
+    mean = (q[:, 0, 0] + q[:, 1, 1] + q[:, 2, 2]) / 3.0
+    a, b, c = q[:, 0, 0] - mean, q[:, 1, 1] - mean, q[:, 2, 2] - mean
+    d, e, f = q[:, 0, 1], q[:, 0, 2], q[:, 1, 2]
+    size = np.sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
+    half = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) / 2.0
+    cosine = np.clip(half / np.maximum(size, np.finfo(float).tiny) ** 3, -1.0, 1.0)
+    return mean + 2.0 * size * np.cos(np.arccos(cosine) / 3.0 + 2.0 * np.pi / 3.0)

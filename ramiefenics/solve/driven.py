@@ -1,0 +1,70 @@
+"""What the stepper needs to know of a structure that a prescribed displacement drives."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from dolfinx import fem
+
+
+class Driven(Protocol):
+    """A structure, or the modelled part of one.
+
+    Attributes
+    ----------
+    displacement
+        The unknown.
+    residual, jacobian
+        Compiled forms of the equations and their derivative.
+    energy
+        Compiled form of the stored energy, N mm.
+    mass
+        Compiled form of the lumped mass: the density times the test function, tonne.
+    bcs
+        Dirichlet conditions; zero.
+    factor
+        From the modelled part to the whole structure.
+    """
+
+    residual: fem.Form
+    jacobian: fem.Form
+    energy: fem.Form
+    mass: fem.Form
+    bcs: list[fem.DirichletBC]
+    factor: float
+
+    @property
+    def displacement(self) -> fem.Function: ...  # noqa: D102
+
+    def place(self, travel: float) -> None:
+        """Drive on from the last accepted position, mm; may be called again."""
+
+    def first_guess(self, travel: float) -> None:
+        """Set the displacement from which the first step is solved."""
+
+    def accept(self) -> None:
+        """Make the current state the last accepted one."""
+
+
+class Observed(Protocol):
+    """What is measured of a state of the whole structure; there may be more.
+
+    Attributes
+    ----------
+    force_N
+        The force that drives it.
+    stored_energy_Nmm, friction_work_Nmm
+        Energy stored; friction work since the last accepted state.
+    """
+
+    @property
+    def force_N(self) -> float: ...  # noqa: D102
+
+    @property
+    def stored_energy_Nmm(self) -> float: ...  # noqa: D102
+
+    @property
+    def friction_work_Nmm(self) -> float: ...  # noqa: D102
+
+    def physical_end(self) -> str | None:
+        """Return why the model says nothing about what follows, if so."""

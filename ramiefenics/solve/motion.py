@@ -1,0 +1,96 @@
+"""Damped motion at a fixed position of the drive, from one equilibrium path to the next.
+
+Where a path turns back, no equilibrium is left nearby, and a real structure jumps. It is followed
+here by ``M a + R(u) = 0`` with the structure's own mass and the backward Euler method, whose steps
+grow as long as they are easy: the inertia keeps Newton's matrix definite, the method takes the
+kinetic energy away, and the limit of long steps is equilibrium. The path of the jump is one of
+many that inertia and damping may choose, where it ends is an equilibrium as any other.
+"""
+
+from __future__ import annotations
+
+import math
+
+from dolfinx import fem
+from dolfinx.fem.petsc import assemble_vector
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from ramiefenics.solve.driven import Driven
+from ramiefenics.solve.newton import Inertia, Newton, NewtonOutcome
+
+FIRST_SHARE = 1e-2
+"""Share of the inertia in the diagonal of the first time step's matrix."""
+
+EASY_ITERATIONS = 5
+"""A time step that took no more lets the next one be twice as long."""
+
+MAX_TIME_STEPS = 200
+"""Where to give up, failed ones included."""
+
+ENERGY_ERROR = 1e-3
+"""Relative rise of the energy that is no motion uphill: contact by Nitsche's method conserves
+energy only up to what the mesh can resolve."""
+
+
+class DampedMotion:
+    """Lets a structure move until it rests.
+
+    Parameters
+    ----------
+    problem
+        The structure; solved in place.
+    newton
+        Solves its equations.
+    """
+
+    def __init__(self, problem: Driven, newton: Newton) -> None:
+        self._problem, self._newton = problem, newton
+        self._mass = assemble_vector(problem.mass)
+        self._mass.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        self._before, self._velocity, self._predicted, self._work = (
+            self._mass.duplicate() for _ in range(4)
+        )
+
+    def settle(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
+        """Move from rest until the residual without inertia meets the tolerance.
+
+        Parameters
+        ----------
+        tolerance_N, largest_update_mm
+            As for `Newton.solve`.
+        """
+        u = self._problem.displacement.x.petsc_vec
+        self._velocity.set(0.0)
+        mean_mass = self._mass.sum() / self._mass.size
+        time_step = math.sqrt(mean_mass / (FIRST_SHARE * self._newton.mean_stiffness()))
+        energy, iterations, residual = math.inf, 0, math.inf
+        for _ in range(MAX_TIME_STEPS):
+            u.copy(self._before)
+            self._predicted.waxpy(time_step, self._velocity, u)
+            inertia = Inertia(self._mass, self._predicted, time_step)
+            outcome = self._newton.solve(tolerance_N, largest_update_mm, inertia)
+            iterations += outcome.iterations
+            self._work.waxpy(-1.0, self._before, u)
+            after = self._energy(time_step)
+            if not outcome.converged or after > energy * (1.0 + ENERGY_ERROR):
+                self._before.copy(u)
+                self._problem.displacement.x.scatter_forward()
+                time_step /= 4.0
+                continue
+            energy = after
+            self._work.copy(self._velocity)
+            self._velocity.scale(1.0 / time_step)
+            if outcome.iterations <= EASY_ITERATIONS:
+                time_step *= 2.0
+            residual = self._newton.residual_norm()
+            if residual <= tolerance_N:
+                return NewtonOutcome(True, iterations, residual, "settled")
+        return NewtonOutcome(False, iterations, residual, "damped motion did not come to rest")
+
+    def _energy(self, time_step: float) -> float:
+        """Return stored and kinetic energy after a time step of the change in the work vector."""
+        stored = fem.assemble_scalar(self._problem.energy)
+        stored = self._mass.comm.tompi4py().allreduce(stored, op=MPI.SUM)
+        self._predicted.pointwiseMult(self._mass, self._work)
+        return float(stored + self._predicted.dot(self._work) / (2.0 * time_step**2))

@@ -1,0 +1,146 @@
+"""Jumps: the von Mises truss, whose solution is known, and a bend whose material collapses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import basix.ufl
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+
+from ramiefenics import BendingTest, override, simulate
+from ramiefenics.solve.quasistatic import QuasiStatic, Step
+from ramiefenics.specification import Protocol, Stepping
+
+RISE, HALF_SPAN, AXIAL_STIFFNESS_N = 1.0, 10.0, 4000.0
+LENGTH = np.hypot(RISE, HALF_SPAN)
+SCALE = AXIAL_STIFFNESS_N / (2 * LENGTH**3)
+SPRING = 0.2 * SCALE * RISE**2  # a fifth of what would hold the truss on its path
+
+
+def truss_force(w: np.ndarray) -> np.ndarray:
+    """Force on one bar's apex against its descent, by Green strain (w^2 - 2 h w) / (2 L^2)."""
+    return SCALE * w * (w - 2 * RISE) * (w - RISE)
+
+
+def energy(w: float, d: float) -> float:
+    strain = (w**2 - 2 * RISE * w) / (2 * LENGTH**2)
+    return AXIAL_STIFFNESS_N * LENGTH * strain**2 / 2 + SPRING * (d - w) ** 2 / 2
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the spring tells."""
+
+    force_N: float
+    stored_energy_Nmm: float
+    apex_mm: float
+    friction_work_Nmm: float = 0.0
+
+    def physical_end(self) -> str | None:
+        return None
+
+
+class Truss:
+    """Half of a von Mises truss, pushed down through a spring that is softer than its descent."""
+
+    factor = 1.0
+
+    def __init__(self) -> None:
+        line = basix.ufl.element("Lagrange", "interval", 1, shape=(2,))
+        points = np.array([[0.0, 0.0], [HALF_SPAN, RISE]])
+        cells = np.array([[0, 1]], dtype=np.int64)
+        mesh = dmesh.create_mesh(MPI.COMM_SELF, cells, points, line)
+        space = fem.functionspace(mesh, ("Lagrange", 1, (2,)))
+        self.displacement = u = fem.Function(space)
+        apex = dmesh.locate_entities(mesh, 0, lambda x: x[0] > HALF_SPAN / 2)
+        base = dmesh.locate_entities(mesh, 0, lambda x: x[0] < HALF_SPAN / 2)
+        tags = dmesh.meshtags(mesh, 0, apex, np.ones(len(apex), dtype=np.int32))
+        at_apex = ufl.ds(mesh, subdomain_data=tags)(1)
+        self.target, self.last = fem.Constant(mesh, 0.0), 0.0
+        along = ufl.as_vector((HALF_SPAN / LENGTH, RISE / LENGTH))
+        change = ufl.grad(u) * along
+        strain = ufl.dot(along, change) + ufl.dot(change, change) / 2
+        spring = SPRING / 2 * (self.target + u[1]) ** 2 * at_apex
+        stored = AXIAL_STIFFNESS_N / 2 * strain**2 * ufl.dx + spring
+        v, du = ufl.TestFunction(space), ufl.TrialFunction(space)
+        residual = ufl.derivative(stored, u, v)
+        self.residual = fem.form(residual)
+        self.jacobian = fem.form(ufl.derivative(residual, u, du))
+        self.energy = fem.form(stored)
+        self.mass = fem.form(1e-6 * sum(v) * ufl.dx)
+        fixed = fem.locate_dofs_topological(space, 0, base)
+        guided = fem.locate_dofs_topological(space.sub(0), 0, apex)
+        self._apex = fem.locate_dofs_topological(space.sub(1), 0, apex)
+        self.bcs = [
+            fem.dirichletbc(np.zeros(2), fixed, space),
+            fem.dirichletbc(np.array(0.0), guided, space.sub(0)),
+        ]
+
+    def place(self, travel: float) -> None:
+        self.target.value = self.last + travel
+
+    def first_guess(self, travel: float) -> None:
+        pass
+
+    def accept(self) -> None:
+        self.last = float(self.target.value)
+
+    def observe(self) -> Reading:
+        w = -float(self.displacement.x.array[self._apex[0]])
+        force = SPRING * (float(self.target.value) - w)
+        return Reading(force, float(fem.assemble_scalar(self.energy)), w)
+
+
+def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
+    """d = w + F(w)/k turns back at w1; the jump ends at w2 = 3 h - 2 w1, the cubic's other root."""
+    share = SPRING / SCALE
+    w1 = RISE - np.sqrt((RISE**2 - share) / 3)
+    w2 = 3 * RISE - 2 * w1
+    fold = w1 + truss_force(w1) / SPRING
+    assert w2 + truss_force(w2) / SPRING == pytest.approx(fold)
+    released = energy(w1, fold) - energy(w2, fold)
+
+    truss = Truss()
+    stepping = Stepping(first_step_mm=0.02, max_step_mm=0.05, min_step_mm=0.002)
+    travel = Protocol(travel_mm=round(fold + 0.5, 1), save_every_mm=1.0)
+    stepper = QuasiStatic(truss, truss.observe, travel, stepping)
+    steps: list[Step[Reading]] = list(stepper.steps())
+
+    assert stepper.ending is not None
+    assert stepper.ending.kind == "completed"
+    for step in steps:  # an equilibrium, each of them
+        w = step.observables.apex_mm
+        assert w + truss_force(w) / SPRING == pytest.approx(step.travel_mm, abs=1e-5)
+    (jump,) = [step.jump for step in steps if step.jump is not None]
+    # found within the smallest step, twice min_step_mm at most
+    assert fold < jump.displacement_mm < fold + 0.004
+    # beyond the fold by up to that step: the energy grows by force difference times overshoot
+    assert jump.energy_released_Nmm == pytest.approx(released, rel=0.02)
+    apex = {step.travel_mm: step.observables.apex_mm for step in steps}
+    before = [w for d, w in apex.items() if d < jump.displacement_mm]
+    after = [w for d, w in apex.items() if d >= jump.displacement_mm]
+    assert max(before) < w1
+    assert min(after) > w2
+
+
+def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
+    """The neo-Hookean law's kinking phloem gives way suddenly, with the same energy to account."""
+    test = override(screening, ["protocol.travel_mm=10"])
+    result = simulate(override(test, ["law=neo_hookean"]), MPI.COMM_SELF)
+    assert result.completed
+    assert result.jumps
+    largest = max(result.jumps, key=lambda jump: jump.energy_released_Nmm)
+    assert largest.force_after_N < 0.95 * largest.force_before_N
+    curve = result.curve
+    assert np.abs(curve["force_N"] - curve["support_force_N"]).max() < 1e-3 * result.max_force_N
+    end = curve.iloc[-1]
+    released = sum(jump.energy_released_Nmm for jump in result.jumps)
+    spent = end["stored_energy_Nmm"] + end["friction_work_Nmm"] + released
+    # the trapezoidal rule over steps of 1 mm
+    assert spent == pytest.approx(end["indenter_work_Nmm"], rel=0.01)
+    assert result.losses_mm["ellipticity"] < largest.displacement_mm
