@@ -27,7 +27,11 @@ STYLE: Any = {
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 """From Okabe and Ito's palette, distinct to colour-blind eyes."""
 
-LOSS_LINES = {"volume": "-", "stretch": "--", "ellipticity": ":"}
+LOSS_LINES = {
+    "volume": ("material inside out", "-"),
+    "stretch": ("compression limit passed", "--"),
+    "ellipticity": ("ellipticity lost", ":"),
+}
 
 STRESS_COLOURS = "RdBu_r"
 
@@ -65,9 +69,10 @@ def curve_figure(result: BendingResult) -> Figure:
 def _mark_losses(axes: Axes, result: BendingResult) -> None:
     """Draw where the model stops being one."""
     for name, travel in result.losses_mm.items():
-        axes.axvline(travel, color=GREY, lw=1.0, ls=LOSS_LINES[name], label=f"{name} lost")
+        label, line = LOSS_LINES[name]
+        axes.axvline(travel, color=GREY, lw=1.0, ls=line, label=f"{label} ({travel:.2f} mm)")
     if result.losses_mm:
-        axes.legend(loc="upper left", fontsize=8, frameon=False)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.12), fontsize=8, frameon=False)
 
 
 def _mark_jumps(axes: Axes, result: BendingResult) -> None:

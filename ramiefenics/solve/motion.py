@@ -25,7 +25,7 @@ FIRST_SHARE = 1e-2
 EASY_ITERATIONS = 5
 """A time step that took no more lets the next one be twice as long."""
 
-MAX_TIME_STEPS = 200
+MAX_TIME_STEPS = 100
 """Where to give up, failed ones included."""
 
 ENERGY_ERROR = 1e-3

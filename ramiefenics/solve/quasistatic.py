@@ -20,7 +20,7 @@ UPDATE_LIMIT = 4.0
 SMALLEST_SCALE_N = 0.01
 """Force to which tolerances refer before there is any."""
 
-WORK_SHARE, STORED_SHARE = 0.2, 1e-3
+WORK_SHARE, STORED_SHARE = 0.1, 1e-3
 """A step that loses more than these shares of the drive's work and of the stored energy contains
 a jump. The trapezoidal rule, by which the loss is measured, errs by less."""
 
@@ -144,25 +144,33 @@ class QuasiStatic(Generic[T]):
             stop = self._next_stop(travel)
             reaches = travel + increment > stop - settings.min_step_mm
             target = stop if reaches else travel + increment
-            shorter = (target - travel) / 2.0
-            may_jump = shorter < settings.min_step_mm
-            outcome = self._attempt(travel, target, may_jump)
-            if may_jump and not outcome.converged:
-                self.ending = Ending("not converged", _explain(travel, target, outcome))
-                return
-            measured = self._observe() if outcome.converged else self._measured
-            jump = self._jump(target, target - travel, measured)
-            if not outcome.converged or (jump and not may_jump):
+            step = self._step(travel, target, reaches)
+            if step is None:
                 self.cut_backs += 1
-                increment = shorter
+                increment = (target - travel) / 2.0
                 continue
-            self.ending = self._ending(target, measured)
-            save = reaches or self.ending is not None
-            yield Step(target, measured, outcome.iterations, save, jump)
-            self._accept(target - travel, measured, jumped=jump is not None)
+            yield step
+            self._accept(target - travel, step)
             travel = target
-            if outcome.iterations <= EASY_ITERATIONS:
+            if step.iterations <= EASY_ITERATIONS:
                 increment = min(2.0 * increment, settings.max_step_mm)
+
+    def _step(self, travel: float, target: float, save: bool) -> Step[T] | None:
+        """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
+        length = target - travel
+        shortest = length / 2.0 < self._settings.min_step_mm
+        outcome = self._attempt(travel, target, may_jump=shortest)
+        if not outcome.converged:
+            if shortest:
+                self.ending = Ending("not converged", _explain(travel, target, outcome))
+            return None
+        measured = self._observe()
+        jump = self._jump(target, length, measured)
+        if jump is not None and not shortest:
+            return None
+        self.ending = self._ending(target, measured)
+        save = save or self.ending is not None
+        return Step(target, measured, outcome.iterations, save, jump)
 
     def _next_stop(self, travel: float) -> float:
         protocol = self._protocol
@@ -202,11 +210,11 @@ class QuasiStatic(Generic[T]):
             return Ending("physical", f"{reason}, at {travel:.3f} mm of travel")
         return Ending("completed") if travel >= self._protocol.travel_mm else None
 
-    def _accept(self, length: float, measured: T, jumped: bool) -> None:
+    def _accept(self, length: float, step: Step[T]) -> None:
         # the direction of a jump does not tell that of the path behind it
-        self._rate[:] = 0.0 if jumped else (self._u - self._last) / length
+        self._rate[:] = 0.0 if step.jump else (self._u - self._last) / length
         self._last[:] = self._u
-        self._measured = measured
+        self._measured = step.observables
         self._problem.accept()
 
 

@@ -120,15 +120,18 @@ class Closure:
     Attributes
     ----------
     fibre_strength
-        Plateau of the axial compressive stress, s_c / G_XZ. A bundle of perfectly aligned fibres
-        kinks at G_XZ (Rosen 1965), one misaligned by the angle phi at
-        ``G_XZ / (1 + phi / gamma_Y)`` (Budiansky and Fleck 1993): 0.2 stands for 0.2 rad. It is
-        also the share of G_XZ that is left as shear tangent beyond yield, the least that keeps
-        fibres under s_c from kinking.
+        Axial compressive stress at which fibres give way, s_c / G_XZ. A bundle of perfectly
+        aligned fibres kinks at G_XZ (Rosen 1965), one misaligned by the angle phi at
+        ``G_XZ / (1 + phi / gamma_Y)`` (Argon 1972; Budiansky and Fleck 1993): with gamma_Y of
+        0.05, 0.2 stands for 0.2 rad; so does 0.1 with what the residual tangent adds up to a
+        strain of 0.1.
     fibre_residual_tangent
-        Axial tangent left at the plateau, h / G_XZ.
+        Axial tangent left beyond it, h / G_XZ: crushed fibres bear on each other.
     shear_yield_strain
-        Axial shear gamma_Y beyond which shear stress saturates (Argon 1972).
+        Axial shear gamma_Y beyond which the matrix between the fibres yields.
+    shear_residual_tangent
+        Shear tangent left beyond yield, R, over G_XZ. Below ``s_c + h |e|`` compressed and sheared
+        fibres kink, so it is at least the strength.
     densification
         How fast the section stiffens when crushed: its tangent gains this multiple of
         ``(ln J)^2``, as a cellular solid that closes its cells (Gibson and Ashby 1997).

@@ -1,0 +1,190 @@
+"""What the published constants predict, against the published 84.5 N, and what they leave open.
+
+    ./run python benchmarks/published_peak.py
+
+A quarter of an hour on two cores. Keeps every finished run in `docs/published_peak.json`, and
+writes `docs/published_peak.md` and its figure at the end.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from record import DOCS, run_all, table
+
+from ramiefenics import BendingTest, SpecificationWarning, override, published_test
+from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+
+PUBLISHED_N = 84.5
+TABLE_8 = {"table8-1": 1.138, "table8-2": 0.931, "table8-3": 1.034}
+"""Simulated force of the validation stalks over that of Table 3's, as published."""
+
+RADII_MM = (2.5, 5.0, 10.0, 15.0)
+STRENGTHS, TANGENTS = (0.05, 0.1, 0.2), (0.5, 1.0, 2.0)
+CLOSURES = ((0.1, 1.0), (0.05, 0.5), (0.2, 2.0))
+"""Default, weakest, strongest."""
+
+OTHERS = {
+    "shear_yield_strain": (0.03, 0.1),
+    "shear_residual_tangent": (0.1, 0.4),
+    "densification": (0.0, 6.0),
+}
+OLD_LAWS = ("svk", "neo_hookean")
+OLD_MESHES = ("ladder_q1_1", "screening", "ladder_q1_2")
+HEAD = """# Peak force of the published stalks: all runs
+
+Made by `./run python benchmarks/published_peak.py`, on the standard recipe where no other is named,
+cylinders of 5 mm where no other radius is. Read [published_peak.md](published_peak.md) first.
+
+"""
+
+LAYERS = ("xylem", "phloem")
+Rows = Mapping[str, Mapping[str, Any]]
+
+
+def everywhere(key: str, value: float) -> list[str]:
+    """Assign a closure constant of both layers."""
+    return [f"stalk.layers.{layer}.material.closure.{key}={value}" for layer in LAYERS]
+
+
+def closure(strength: float, tangent: float) -> list[str]:
+    """Assign compressive strength and residual tangent of both layers."""
+    return everywhere("fibre_strength", strength) + everywhere("fibre_residual_tangent", tangent)
+
+
+def as_zx(name: str = "table3") -> list[str]:
+    """Read the printed nu_XZ as nu_ZX: nu_XZ = nu_ZX E_X / E_Z."""
+    assignments = []
+    for layer in published_test(name).stalk.layers:
+        e = layer.material.elastic
+        value = e.nu_XZ * e.E_X_MPa / e.E_Z_MPa
+        assignments.append(f"stalk.layers.{layer.name}.material.elastic.nu_XZ={value}")
+    return assignments
+
+
+def radius(value: float) -> list[str]:
+    """Assign the radius of all three cylinders."""
+    return [f"fixture.indenter_radius_mm={value}", f"fixture.support_radius_mm={value}"]
+
+
+def cases() -> dict[str, BendingTest]:
+    """Return all tests by label."""
+    table3 = {f"XZ {r:g}": radius(r) for r in RADII_MM}
+    table3 |= {f"ZX {r:g}": [*radius(r), *as_zx()] for r in RADII_MM}
+    table3 |= {f"s_c {s} h {h}": closure(s, h) for s in STRENGTHS for h in TANGENTS}
+    table3 |= {f"{k} {v}": everywhere(k, v) for k, values in OTHERS.items() for v in values}
+    table3 |= {
+        f"{law} {mesh}": [f"law={law}", f"numerics.mesh={mesh}"]
+        for law in OLD_LAWS
+        for mesh in OLD_MESHES
+    }
+    runs = {label: override(published_test("table3"), change) for label, change in table3.items()}
+    for name in TABLE_8:
+        for s, h in CLOSURES:
+            runs[f"{name} s_c {s} h {h}"] = override(published_test(name), closure(s, h))
+    return runs
+
+
+def figure(rows: Rows) -> Figure:
+    """Draw peak force over radius and over the closure constants."""
+    with mpl.rc_context(STYLE):
+        drawing = Figure(figsize=(8.0, 3.6), layout="constrained")
+        left, right = drawing.subplots(1, 2, sharey=True)
+        for reading, colour, marker in (("XZ", BLUE, "o"), ("ZX", VERMILION, "s")):
+            forces = [rows[f"{reading} {r:g}"]["max_force_N"] for r in RADII_MM]
+            label = f"printed Poisson number is nu_{reading}"
+            left.plot(RADII_MM, forces, marker=marker, color=colour, label=label)
+        for tangent, line in zip(TANGENTS, (":", "-", "--"), strict=True):
+            forces = [rows[f"s_c {s} h {tangent}"]["max_force_N"] for s in STRENGTHS]
+            label = f"h = {tangent:g} G_XZ"
+            right.plot(STRENGTHS, forces, marker="o", ls=line, color=BLUE, label=label)
+        for axes in (left, right):
+            axes.axhline(PUBLISHED_N, color=GREY, lw=1.2)
+            axes.annotate(
+                "published 84.5 N",
+                (1.0, PUBLISHED_N),
+                xycoords=("axes fraction", "data"),
+                xytext=(0, -11),
+                textcoords="offset points",
+                ha="right",
+                color=GREY,
+            )
+            axes.legend(frameon=False, fontsize=8)
+        left.set_xlabel("Radius of indenter and supports (mm)")
+        left.set_ylabel("Maximum force (N)")
+        right.set_xlabel("Compressive fibre strength s_c / G_XZ")
+        left.set_ylim(bottom=0.0)
+    return drawing
+
+
+def peak(row: Mapping[str, Any]) -> list[str]:
+    """Return a run's peak as cells of a table."""
+    lost = row["ellipticity_lost_at_mm"]
+    rising = "" if row["has_force_maximum"] else ", rising"
+    return [
+        f"{row['max_force_N']:.1f}{rising}",
+        f"{row['displacement_at_max_mm']:.1f}",
+        f"{row['max_force_N'] / PUBLISHED_N:.2f}",
+        "elliptic" if lost is None else f"lost at {lost:.1f} mm",
+    ]
+
+
+def section(title: str, first: str, rows: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """Return a titled table of peaks."""
+    head = [first, "max force (N)", "at (mm)", "over 84.5 N", "ellipticity"]
+    return f"## {title}\n\n" + table(head, [[label, *peak(row)] for label, row in rows]) + "\n"
+
+
+def stalks(rows: Rows) -> str:
+    """Return the table of all stalks' forces, and of their ratios to that of Table 3's."""
+    labels = [f"s_c {s} h {h}" for s, h in CLOSURES]
+    shown = [label.replace(" h", ", h") for label in labels]
+    head = ["stalk", *(f"max force (N), {label}" for label in shown), "ratio, published"]
+    head += [f"ratio, {label}" for label in shown]
+    lines = []
+    for name, published in {"table3": 1.0, **TABLE_8}.items():
+        prefix = "" if name == "table3" else f"{name} "
+        forces = [rows[prefix + label]["max_force_N"] for label in labels]
+        over = [
+            force / rows[label]["max_force_N"] for force, label in zip(forces, labels, strict=True)
+        ]
+        cells = [*(f"{force:.1f}" for force in forces), f"{published:.3f}"]
+        lines.append([name, *cells, *(f"{ratio:.3f}" for ratio in over)])
+    return "## The published stalks\n\n" + table(head, lines) + "\n"
+
+
+def main() -> None:
+    """Run what is not recorded yet, then write table and figure."""
+    warnings.simplefilter("ignore", SpecificationWarning)
+    rows = run_all("published_peak", cases())
+    text = HEAD + stalks(rows)
+    text += section(
+        "Radius and reading of the Poisson numbers",
+        "radius, reading",
+        [(f"{r:g} mm, nu_{x}", rows[f"{x} {r:g}"]) for r in RADII_MM for x in ("XZ", "ZX")],
+    )
+    text += section(
+        "Strength and residual tangent of the fibres",
+        "s_c / G_XZ, h / G_XZ",
+        [(f"{s:g}, {h:g}", rows[f"s_c {s} h {h}"]) for s in STRENGTHS for h in TANGENTS],
+    )
+    text += section(
+        "Other closure constants",
+        "constant",
+        [(f"{k} = {v:g}", rows[f"{k} {v}"]) for k, values in OTHERS.items() for v in values],
+    )
+    text += section(
+        "The published law, and the plain neo-Hookean one",
+        "law, mesh",
+        [(f"{law}, {mesh}", rows[f"{law} {mesh}"]) for law in OLD_LAWS for mesh in OLD_MESHES],
+    )
+    (DOCS / "published_peak_tables.md").write_text(text)
+    figure(rows).savefig(DOCS / "published_peak.png")
+
+
+if __name__ == "__main__":
+    main()
