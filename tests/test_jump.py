@@ -129,9 +129,8 @@ def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
 
 
 def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
-    """The neo-Hookean law's kinking phloem gives way suddenly, with the same energy to account."""
-    test = override(screening, ["protocol.travel_mm=10"])
-    result = simulate(override(test, ["law=neo_hookean"]), MPI.COMM_SELF)
+    """The neo-Hookean law's phloem kinks, and gives way suddenly; when is a matter of the mesh."""
+    result = simulate(override(screening, ["law=neo_hookean"]), MPI.COMM_SELF)
     assert result.completed
     assert result.jumps
     largest = max(result.jumps, key=lambda jump: jump.energy_released_Nmm)

@@ -1,4 +1,4 @@
-"""Newton's method for one step, with a non-monotone line search and a sparse direct solver.
+"""Inexact Newton method for one step, with a non-monotone line search.
 
 Contact makes the residual non-smooth: the full step often raises it once, when points enter or
 leave contact, and converges quadratically right after. A line search that insists on descent then
@@ -12,15 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from dolfinx import fem
-from dolfinx.fem.petsc import assemble_matrix, assemble_vector, create_matrix, set_bc
+from dolfinx.fem.petsc import assemble_vector, set_bc
 from petsc4py import PETSc
 
-RIGID_SHIFT = 1e-9
-"""Added to the tangent's diagonal, relative to its mean, in the Newton matrix only: it holds rigid
-motions that no friction holds, and does not touch the solution."""
+from ramiefenics.solve.tangent import Tangent
 
 MEMORY = 4
 """Residuals that a step is compared with."""
+
+LOOSEST = 0.1
+"""Largest residual of the linear equations, relative to their right-hand side."""
 
 SHORTEST = 1.0 / 32.0
 """Shortest fraction of a Newton step that is tried."""
@@ -35,7 +36,7 @@ class NewtonOutcome:
     converged
         Whether the residual met the tolerance.
     iterations
-        Tangents factorised.
+        Newton steps, each with one linear solve.
     residual_N
         Norm of the residual at the end.
     reason
@@ -92,15 +93,14 @@ class Newton:
         bcs: list[fem.DirichletBC],
         max_iterations: int,
     ) -> None:
-        self._residual, self._jacobian, self._u, self._bcs = residual, jacobian, u, bcs
+        self._residual, self._u, self._bcs = residual, u, bcs
         self._max_iterations = max_iterations
-        self._matrix = create_matrix(jacobian)
         self._b = u.x.petsc_vec.duplicate()
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
-        self._diagonal = u.x.petsc_vec.duplicate()
+        self._work = u.x.petsc_vec.duplicate()
         self._inertia: Inertia | None = None
-        self._solver = _direct_solver(self._matrix)
+        self._tangent = Tangent(jacobian, bcs, u, self._evaluate)
 
     def solve(
         self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None
@@ -116,23 +116,36 @@ class Newton:
         inertia
             Of a time step; none, the default, means equilibrium.
         """
+        if inertia is not None or self._inertia is not None:
+            self._tangent.forget()
         self._inertia = inertia
-        history = [self._evaluate()]
+        history = [self._norm()]
         for iteration in range(self._max_iterations):
             if history[-1] <= tolerance_N:
                 return NewtonOutcome(True, iteration, history[-1], "converged")
             if not np.isfinite(history[-1]):
+                self._tangent.forget()
                 return NewtonOutcome(False, iteration, history[-1], "an element turned inside out")
-            self._assemble_tangent()
-            self._solver.solve(self._b, self._step)
+            self._tangent.solve(
+                self._b, self._step, self._forcing(history, tolerance_N), self._added()
+            )
             size = self._step.norm(PETSc.NormType.INFINITY)
             if not np.isfinite(size):
+                self._tangent.forget()
                 reason = "the tangent could not be factorised"
                 return NewtonOutcome(False, iteration + 1, history[-1], reason)
             history.append(self._search(min(1.0, largest_update_mm / size), history[-MEMORY:]))
         converged = history[-1] <= tolerance_N
+        if not converged:
+            self._tangent.forget()
         reason = "converged" if converged else "too many iterations"
         return NewtonOutcome(converged, self._max_iterations, history[-1], reason)
+
+    @staticmethod
+    def _forcing(history: list[float], tolerance_N: float) -> float:
+        """Return how exactly to solve for the next step (Eisenstat and Walker 1996, choice 2)."""
+        drop = history[-1] / history[-2] if len(history) > 1 else 1.0
+        return max(min(LOOSEST, 0.9 * drop**2), 0.5 * tolerance_N / history[-1])
 
     def _search(self, fraction: float, last: list[float]) -> float:
         """Go along the Newton step until the residual beats the largest of the last ones."""
@@ -142,64 +155,37 @@ class Newton:
         while True:
             x.waxpy(-fraction, self._step, self._start)
             self._u.x.scatter_forward()
-            residual = self._evaluate()
+            residual = self._norm()
             if residual < max(last) or fraction <= shortest:
                 return residual
             fraction /= 2.0
 
-    def _evaluate(self) -> float:
-        with self._b.localForm() as local:
-            local.set(0.0)
-        assemble_vector(self._b, self._residual)
-        self._b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        if self._inertia is not None:
-            self._add_inertia(self._inertia)
-        set_bc(self._b, self._bcs, self._u.x.petsc_vec, -1.0)
+    def _norm(self) -> float:
+        self._evaluate(self._b)
         return float(self._b.norm())
 
-    def _add_inertia(self, inertia: Inertia) -> None:
-        change = self._diagonal
-        change.waxpy(-1.0, inertia.predicted, self._u.x.petsc_vec)
-        change.pointwiseMult(change, inertia.mass)
-        self._b.axpy(1.0 / inertia.time_step_s**2, change)
-
-    def _assemble_tangent(self) -> None:
-        matrix = self._matrix
-        matrix.zeroEntries()
-        assemble_matrix(matrix, self._jacobian, self._bcs)
-        matrix.assemble()
-        matrix.getDiagonal(self._diagonal)
-        matrix.shift(RIGID_SHIFT * abs(self._diagonal.sum()) / matrix.size[0])
+    def _evaluate(self, b: PETSc.Vec) -> None:
+        with b.localForm() as local:
+            local.set(0.0)
+        assemble_vector(b, self._residual)
+        b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         if self._inertia is not None:
-            matrix.getDiagonal(self._diagonal)
-            self._diagonal.axpy(1.0 / self._inertia.time_step_s**2, self._inertia.mass)
-            matrix.setDiagonal(self._diagonal)
+            self._work.waxpy(-1.0, self._inertia.predicted, self._u.x.petsc_vec)
+            self._work.pointwiseMult(self._work, self._inertia.mass)
+            b.axpy(1.0 / self._inertia.time_step_s**2, self._work)
+        set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
+
+    def _added(self) -> PETSc.Vec | None:
+        """Return what inertia adds to the tangent's diagonal."""
+        if self._inertia is None:
+            return None
+        return self._inertia.mass * (1.0 / self._inertia.time_step_s**2)
 
     def residual_norm(self) -> float:
         """Return the norm of the current residual without inertia, N."""
         self._inertia = None
-        return self._evaluate()
+        return self._norm()
 
     def mean_stiffness(self) -> float:
         """Return the mean diagonal entry of the current tangent without inertia, N/mm."""
-        self._inertia = None
-        self._assemble_tangent()
-        self._matrix.getDiagonal(self._diagonal)
-        return float(self._diagonal.sum()) / self._matrix.size[0]
-
-
-def _direct_solver(matrix: PETSc.Mat) -> PETSc.KSP:
-    """Return MUMPS with METIS, which orders long thin meshes several times better."""
-    solver = PETSc.KSP().create(matrix.comm)
-    solver.setOperators(matrix)
-    solver.setType("preonly")
-    solver.getPC().setType("lu")
-    solver.getPC().setFactorSolverType("mumps")
-    prefix, name = "ramiefenics_newton_", "mat_mumps_icntl_7"
-    options = PETSc.Options()
-    options[prefix + name] = 5
-    solver.setOptionsPrefix(prefix)
-    solver.setFromOptions()
-    solver.getPC().setFactorSetUpSolverType()
-    options.delValue(prefix + name)
-    return solver
+        return self._tangent.assemble(None)
