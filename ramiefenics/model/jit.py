@@ -1,13 +1,18 @@
-"""Options of the form compiler, the same for every form."""
+"""The form compiler: its options, the same for every form, and its cache."""
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
+import os
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from dolfinx import fem
+from mpi4py import MPI
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.corealg.map_dag import map_expr_dag
@@ -28,7 +33,11 @@ def _processor() -> str:
     return hashlib.sha256(flags.encode()).hexdigest()[:12]
 
 
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ramiefenics" / "forms"
+"""Compiled forms; of this program only, see `_compiling`."""
+
 JIT_OPTIONS = {
+    "cache_dir": str(CACHE),
     # fast-math vectorises the kernels; NaN must stay NaN, as it tells Newton's method that an
     # element has turned inside out.
     "cffi_extra_compile_args": [
@@ -42,9 +51,29 @@ JIT_OPTIONS = {
 }
 
 
+@contextmanager
+def _compiling() -> Iterator[None]:
+    """Clear away what killed compilations have left, which would block all later ones.
+
+    FFCx marks a form that is being compiled by its C file. Under a lock, which ends with its
+    process, such a file without its product has been abandoned.
+    """
+    if MPI.COMM_WORLD.rank != 0:  # the other ranks only load
+        yield
+        return
+    CACHE.mkdir(parents=True, exist_ok=True)
+    with (CACHE / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for source in CACHE.glob("*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        yield
+
+
 def compile_form(form: Any) -> Any:
     """Compile a UFL form, or take it from the cache."""
-    return fem.form(form, jit_options=JIT_OPTIONS)
+    with _compiling():
+        return fem.form(form, jit_options=JIT_OPTIONS)
 
 
 class _WithoutVariables(MultiFunction):
@@ -65,4 +94,5 @@ def compile_expression(expression: Any, points: Any) -> fem.Expression:
     """
     expression = apply_derivatives(apply_algebra_lowering(expression))
     expression = map_expr_dag(_WithoutVariables(), expression)
-    return fem.Expression(expression, points, jit_options=JIT_OPTIONS)
+    with _compiling():
+        return fem.Expression(expression, points, jit_options=JIT_OPTIONS)
