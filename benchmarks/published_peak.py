@@ -3,7 +3,7 @@
     ./run python benchmarks/published_peak.py
 
 A quarter of an hour on two cores. Keeps every finished run in `docs/published_peak.json`, and
-writes `docs/published_peak.md` and its figure at the end.
+writes `docs/published_peak_tables.md` and the figure `docs/published_peak.png` at the end.
 """
 
 from __future__ import annotations
@@ -113,7 +113,9 @@ def figure(rows: Rows) -> Figure:
             for h in TANGENTS
             if rows[f"s_c {s} h {h}"]["ellipticity_lost_at_mm"] is not None
         ]
-        right.plot(*np.transpose(lost), "o", ms=9, mfc="none", mec=VERMILION, label="not elliptic")
+        right.plot(
+            *np.reshape(lost, (-1, 2)).T, "o", ms=9, mfc="none", mec=VERMILION, label="not elliptic"
+        )
         for axes in (left, right):
             axes.axhline(PUBLISHED_N, color=GREY, lw=1.2)
             axes.annotate(

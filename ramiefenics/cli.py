@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import signal
 import sys
@@ -62,9 +61,7 @@ def bend(
     assign: Assignments = None,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
-    test = load_test(spec, mesh, assign)
-    if law is not None:
-        test = dataclasses.replace(test, law=law)
+    test = load_test(spec, mesh, law, assign)
     folder = _check_writable(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.model.laws import check_law
@@ -90,7 +87,7 @@ def mesh(
     assign: Assignments = None,
 ) -> None:
     """Write the mesh of a stalk, with physical names, as a Gmsh file."""
-    test = load_test(spec, mesh, assign)
+    test = load_test(spec, mesh, None, assign)
     if out.suffix != ".msh" or not out.parent.is_dir():
         raise SpecificationError("out", str(out), "must end in .msh, in a folder that exists")
     from ramiefenics.model.tube import write_tube
@@ -99,12 +96,19 @@ def mesh(
 
 
 @app.command()
-def specification(spec: Spec = "table3", mesh: MeshName = None, assign: Assignments = None) -> None:
+def specification(
+    spec: Spec = "table3",
+    mesh: MeshName = None,
+    law: LawName = None,
+    assign: Assignments = None,
+) -> None:
     """Print a specification in full as TOML, to keep and to change."""
-    typer.echo(dump_test(load_test(spec, mesh, assign)), nl=False)
+    typer.echo(dump_test(load_test(spec, mesh, law, assign)), nl=False)
 
 
-def load_test(spec: str, mesh: str | None, assignments: list[str] | None) -> BendingTest:
+def load_test(
+    spec: str, mesh: str | None, law: str | None, assignments: list[str] | None
+) -> BendingTest:
     """Return the test that the command line names.
 
     Raises
@@ -115,6 +119,7 @@ def load_test(spec: str, mesh: str | None, assignments: list[str] | None) -> Ben
     named = "/" not in spec and not spec.endswith(".toml")
     test = published_test(spec) if named else read_test(spec)
     changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
+    changes += [f"law={law}"] if law is not None else []
     return override(test, changes + (assignments or []))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import dataclass
 
 import basix.ufl
@@ -13,6 +15,10 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from ramiefenics import BendingTest, override, simulate
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.observables import Observer
+from ramiefenics.solve.motion import DampedMotion
+from ramiefenics.solve.newton import Newton
 from ramiefenics.solve.quasistatic import QuasiStatic, Step
 from ramiefenics.specification import Protocol, Stepping
 
@@ -137,9 +143,43 @@ def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
     assert largest.force_after_N < 0.95 * largest.force_before_N
     curve = result.curve
     assert np.abs(curve["force_N"] - curve["support_force_N"]).max() < 1e-3 * result.max_force_N
-    end = curve.iloc[-1]
-    released = sum(jump.energy_released_Nmm for jump in result.jumps)
-    spent = end["stored_energy_Nmm"] + end["friction_work_Nmm"] + released
-    # the trapezoidal rule over steps of 1 mm
-    assert spent == pytest.approx(end["indenter_work_Nmm"], rel=0.01)
     assert result.losses_mm["ellipticity"] < largest.displacement_mm
+
+
+def test_stepper_and_its_factors_are_freed() -> None:
+    """PETSc's Python matrices hide reference cycles from the garbage collector."""
+    truss = Truss()
+    stepper = QuasiStatic(truss, truss.observe, Protocol(travel_mm=0.1), Stepping())
+    assert len(list(stepper.steps())) > 1
+    left = weakref.ref(truss)
+    del stepper, truss
+    gc.collect()
+    assert left() is None
+
+
+@pytest.mark.mpi
+def test_motion_settles_where_newton_arrives(coarse: BendingTest) -> None:
+    """From the stalk at rest, pushed by 0.5 mm, to the one equilibrium there is."""
+    problem = BendingProblem(coarse, MPI.COMM_WORLD)
+    u = problem.displacement
+    newton = Newton(problem.residual, problem.jacobian, u, problem.bcs, max_iterations=20)
+    problem.place(0.5)
+    problem.first_guess(0.5)
+    tolerance = 1e-6
+    outcome = DampedMotion(problem, newton).settle(tolerance, largest_update_mm=4.0)
+    assert outcome.converged
+    assert newton.residual_norm() <= tolerance
+    settled = Observer(problem).observe().force_N
+    usual = simulate(override(coarse, ["protocol.travel_mm=0.5"])).curve["force_N"].iloc[-1]
+    assert settled == pytest.approx(usual, rel=1e-4)
+
+
+def test_mass_is_density_times_volume(coarse: BendingTest) -> None:
+    problem = BendingProblem(coarse, MPI.COMM_SELF)
+    per_direction = fem.assemble_vector(problem.mass).array.reshape(-1, 3).sum(axis=0)
+    stalk = coarse.stalk
+    areas = np.pi * np.diff(np.array(stalk.radii_mm) ** 2)
+    densities = [1e-9 * layer.material.density_g_per_cm3 for layer in stalk.layers]
+    exact = np.dot(areas, densities) * stalk.length_mm / problem.factor
+    # 6 straight edges along half the circumference leave out 4.5 % of the circle
+    assert per_direction == pytest.approx(exact, rel=0.05)

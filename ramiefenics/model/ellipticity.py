@@ -27,6 +27,9 @@ at the critical ones."""
 CRITICAL_SHARE = 0.05
 """Share of the points, lowest by the coarse search, that count as critical."""
 
+BLOCK = 4096
+"""Points searched at once, to save memory."""
+
 COARSE_SWEEPS, FINE_SWEEPS = 1, 10
 """Improvements of the best direction found."""
 
@@ -42,7 +45,8 @@ class PointState:
     principal_stretch
         The smallest one, negative where J is; same shape.
     acoustic_MPa
-        Smallest eigenvalue of the acoustic tensor over directions; same shape.
+        Smallest eigenvalue of the acoustic tensor over directions; same shape. An upper bound,
+        tight at the lowest points; elsewhere the search is coarse.
     """
 
     volume_ratio: NDArray[np.float64]
@@ -101,7 +105,8 @@ def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.flo
     """
     # A_(iJ)(kL) to (ik)(JL): acoustic tensors for all directions are one matrix product
     form = tangent.transpose(0, 1, 3, 2, 4).reshape(-1, 9, 9)
-    value = _search(form, COARSE, COARSE_SWEEPS)
+    blocks = np.array_split(form, math.ceil(len(form) / BLOCK))
+    value = np.concatenate([_search(block, COARSE, COARSE_SWEEPS) for block in blocks])
     critical = np.argsort(value)[: math.ceil(CRITICAL_SHARE * len(value))]
     finer = _search(form[critical], FINE, FINE_SWEEPS)
     value[critical] = np.minimum(value[critical], finer)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.model.bending import INDENTER, OTHER_SUPPORT, SUPPORT, BendingProblem
 from ramiefenics.model.contact import ContactSums
-from ramiefenics.model.ellipticity import MaterialPoints
+from ramiefenics.model.ellipticity import MaterialPoints, PointState
 from ramiefenics.model.surface import SurfaceFields
 from ramiefenics.model.tube import SURFACES
 
@@ -36,7 +35,8 @@ class Observables:
     void_height_mm
         Height left of the pith void at midspan; NaN for a solid core.
     overhang_mm
-        Least length of stalk left beyond the middle of the contact with a support.
+        Least length of stalk along Z, on its lower side, left beyond the middle of the contact with
+        a support; NaN if a support has no contact.
     stored_energy_Nmm, friction_work_Nmm
         Elastic energy; friction work of this step.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
@@ -64,7 +64,7 @@ class Observables:
         """Return why the model says nothing about what follows, if so."""
         if self.void_height_mm <= 0.0:
             return "the void has closed at midspan, and the model has no contact inside it"
-        if self.overhang_mm <= 0.0:
+        if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
         return None
 
@@ -89,7 +89,7 @@ class Observer:
         self.problem = problem
         self.surface = SurfaceFields(problem.contact)
         self._points = MaterialPoints(problem.solid)
-        self.material = self._points.evaluate()
+        self.material: PointState  # since the first observation
         mesh = problem.tube.mesh
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
         self._at = self._vertices.tabulate_dof_coordinates()
@@ -139,11 +139,14 @@ class Observer:
             overhang_mm=self._overhang(position, sums),
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
-            **{
-                f"min_{name}": float(comm.allreduce(values.min(initial=np.inf), op=MPI.MIN))
-                for name, values in dataclasses.asdict(self.material).items()
-            },
+            min_volume_ratio=self._least(self.material.volume_ratio),
+            min_principal_stretch=self._least(self.material.principal_stretch),
+            min_acoustic_MPa=self._least(self.material.acoustic_MPa),
         )
+
+    def _least(self, values: NDArray[np.float64]) -> float:
+        comm = self.problem.tube.mesh.comm
+        return float(comm.allreduce(values.min(initial=np.inf), op=MPI.MIN))
 
     def _extent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Size of the box around points of all ranks, shape (3,)."""
@@ -165,11 +168,15 @@ class Observer:
 
     def _overhang(self, position: NDArray[np.float64], sums: dict[str, ContactSums]) -> float:
         """Least distance along Z from the middle of a support's contact to the stalk's end."""
-        left = [np.inf]
+        left = []
         for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
-            if name in sums and sums[name].area_mm2 > 0.0:
-                end = (side * position[side * self._at[:, 2] > self._end, 2]).min(initial=np.inf)
-                left.append(end - side * sums[name].first_mm3[1] / sums[name].area_mm2)
+            if name not in sums:
+                continue
+            if sums[name].area_mm2 == 0.0:
+                return float("nan")
+            end = position[(side * self._at[:, 2] > self._end) & (self._at[:, 1] < 0.0), 2]
+            middle = sums[name].first_mm3[1] / sums[name].area_mm2
+            left.append((side * (end - middle)).min(initial=np.inf))
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
 
     def _in_middle(self) -> NDArray[np.bool_]:

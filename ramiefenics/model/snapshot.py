@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -37,7 +36,7 @@ class Snapshot:
         ``layer`` (1 for the innermost); at the middles of the hexahedra ``von_mises`` and
         ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
         ``axial_stretch``; ``min_volume_ratio``, ``min_principal_stretch`` and
-        ``min_acoustic_MPa``, the lowest of the cell's quadrature points.
+        ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`.
     """
 
     travel_mm: float
@@ -97,14 +96,13 @@ class Camera:
         values = self._expression.eval(solid.mesh, self._cells)
         values = values.reshape(-1, len(self.MIDDLE_FIELDS))
         pressure, state = self._observer.surface.evaluate()
-        pieces = len(self._corners)
+        pieces, material = len(self._corners), self._observer.material
         cell_data = {
             "layer": np.repeat(self._layer[self._cells], pieces),
             **dict(zip(self.MIDDLE_FIELDS, values.T, strict=True)),
-            **{
-                f"min_{name}": np.repeat(points.min(axis=1), pieces)
-                for name, points in dataclasses.asdict(self._observer.material).items()
-            },
+            "min_volume_ratio": np.repeat(material.volume_ratio.min(axis=1), pieces),
+            "min_principal_stretch": np.repeat(material.principal_stretch.min(axis=1), pieces),
+            "min_acoustic_MPa": np.repeat(material.acoustic_MPa.min(axis=1), pieces),
         }
         local = {
             "points": self._scalar.tabulate_dof_coordinates(),

@@ -1,10 +1,11 @@
 """Damped motion at a fixed position of the drive, from one equilibrium path to the next.
 
 Where a path turns back, no equilibrium is left nearby, and a real structure jumps. It is followed
-here by ``M a + R(u) = 0`` with the structure's own mass and the backward Euler method, whose steps
-grow as long as they are easy: the inertia keeps Newton's matrix definite, the method takes the
-kinetic energy away, and the limit of long steps is equilibrium. The path of the jump is one of
-many that inertia and damping may choose, where it ends is an equilibrium as any other.
+here by ``M a + R(u) = 0`` and the backward Euler method, whose steps grow as long as they are easy:
+inertia keeps the solution of each step near the last one, the method takes the kinetic energy
+away, and the limit of long steps is equilibrium. Steps are measured by the structure's own
+periods, so only the distribution of the mass matters, not its amount; the path of the jump is one
+of many, where it ends is an equilibrium as any other.
 """
 
 from __future__ import annotations

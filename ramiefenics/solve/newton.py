@@ -60,7 +60,7 @@ class Inertia:
     predicted
         Where the structure would go without forces, mm.
     time_step_s
-        Time step.
+        Time step, s.
     """
 
     mass: PETSc.Vec
@@ -99,7 +99,9 @@ class Newton:
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
         self._work = u.x.petsc_vec.duplicate()
+        self._diagonal = u.x.petsc_vec.duplicate()
         self._inertia: Inertia | None = None
+        self._added: PETSc.Vec | None = None
         self._tangent = Tangent(jacobian, bcs, u, self._evaluate)
 
     def solve(
@@ -116,28 +118,28 @@ class Newton:
         inertia
             Of a time step; none, the default, means equilibrium.
         """
-        if inertia is not None or self._inertia is not None:
+        self._set_inertia(inertia)
+        outcome = self._iterate(tolerance_N, largest_update_mm)
+        if not outcome.converged:
             self._tangent.forget()
-        self._inertia = inertia
+        return outcome
+
+    def _iterate(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
         history = [self._norm()]
         for iteration in range(self._max_iterations):
             if history[-1] <= tolerance_N:
                 return NewtonOutcome(True, iteration, history[-1], "converged")
             if not np.isfinite(history[-1]):
-                self._tangent.forget()
                 return NewtonOutcome(False, iteration, history[-1], "an element turned inside out")
             self._tangent.solve(
-                self._b, self._step, self._forcing(history, tolerance_N), self._added()
+                self._b, self._step, self._forcing(history, tolerance_N), self._added
             )
             size = self._step.norm(PETSc.NormType.INFINITY)
             if not np.isfinite(size):
-                self._tangent.forget()
                 reason = "the tangent could not be factorised"
                 return NewtonOutcome(False, iteration + 1, history[-1], reason)
             history.append(self._search(min(1.0, largest_update_mm / size), history[-MEMORY:]))
         converged = history[-1] <= tolerance_N
-        if not converged:
-            self._tangent.forget()
         reason = "converged" if converged else "too many iterations"
         return NewtonOutcome(converged, self._max_iterations, history[-1], reason)
 
@@ -175,15 +177,20 @@ class Newton:
             b.axpy(1.0 / self._inertia.time_step_s**2, self._work)
         set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
 
-    def _added(self) -> PETSc.Vec | None:
-        """Return what inertia adds to the tangent's diagonal."""
-        if self._inertia is None:
-            return None
-        return self._inertia.mass * (1.0 / self._inertia.time_step_s**2)
+    def _set_inertia(self, inertia: Inertia | None) -> None:
+        """Change the equations; factors of the tangent without or with other inertia are lost."""
+        if inertia is not None or self._inertia is not None:
+            self._tangent.forget()
+        self._inertia = inertia
+        self._added = None
+        if inertia is not None:
+            inertia.mass.copy(self._diagonal)
+            self._diagonal.scale(1.0 / inertia.time_step_s**2)
+            self._added = self._diagonal
 
     def residual_norm(self) -> float:
         """Return the norm of the current residual without inertia, N."""
-        self._inertia = None
+        self._set_inertia(None)
         return self._norm()
 
     def mean_stiffness(self) -> float:

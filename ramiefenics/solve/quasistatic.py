@@ -29,14 +29,15 @@ T = TypeVar("T", bound=Observed)
 
 @dataclass(frozen=True)
 class Jump:
-    """A dynamic transition between two equilibria within one step.
+    """A motion between two equilibria within one step.
 
     Attributes
     ----------
     displacement_mm
         Travel after it; it began within the step before.
     energy_released_Nmm
-        What the drive's work and the stored energy leave unaccounted for: kinetic at first.
+        What stored energy and friction leave of the drive's work. Friction is counted as its last
+        force times the whole slip, so the sum is right to first order only.
     force_before_N, force_after_N
         Drop of the driving force.
     """
@@ -92,7 +93,8 @@ class Ending:
 class QuasiStatic(Generic[T]):
     """Steps a structure forward, adapting the increment in both directions.
 
-    Where steps of the least length find no equilibrium, or lose energy, the structure jumps.
+    Where the shortest steps find no equilibrium, or one that only a loss of energy leads to, the
+    structure is let move to where it rests.
 
     Parameters
     ----------
@@ -159,40 +161,53 @@ class QuasiStatic(Generic[T]):
         """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
         length = target - travel
         shortest = length / 2.0 < self._settings.min_step_mm
-        outcome = self._attempt(travel, target, may_jump=shortest)
-        if not outcome.converged:
-            if shortest:
+        outcome = self._attempt(travel, length)
+        smooth = False
+        if outcome.converged:
+            measured = self._observe()
+            jump = self._jump(target, length, measured)
+            smooth = jump is None
+        if not smooth:
+            if not shortest:
+                return None
+            outcome = self._settle()
+            if not outcome.converged:
                 self.ending = Ending("not converged", _explain(travel, target, outcome))
-            return None
-        measured = self._observe()
-        jump = self._jump(target, length, measured)
-        if jump is not None and not shortest:
-            return None
+                return None
+            measured = self._observe()
+            jump = self._jump(target, length, measured)
         self.ending = self._ending(target, measured)
         save = save or self.ending is not None
         return Step(target, measured, outcome.iterations, save, jump)
 
     def _next_stop(self, travel: float) -> float:
         protocol = self._protocol
-        done = int((travel + self._settings.min_step_mm) / protocol.save_every_mm)
+        done = int(travel / protocol.save_every_mm + 1e-9)
         return min((done + 1) * protocol.save_every_mm, protocol.travel_mm)
 
-    def _attempt(self, travel: float, target: float, may_jump: bool) -> NewtonOutcome:
-        length = target - travel
+    def _attempt(self, travel: float, length: float) -> NewtonOutcome:
+        """Seek the equilibrium that continues the path."""
         self._problem.place(length)
         if travel == 0.0:
             self._problem.first_guess(length)
         else:
             self._u[:] = self._last + length * self._rate
-        force = abs(self._measured.force_N) / self._problem.factor
-        tolerance = self._settings.relative_tolerance * max(force, SMALLEST_SCALE_N)
-        outcome = self._newton.solve(tolerance, largest_update_mm=UPDATE_LIMIT * length)
+        outcome = self._newton.solve(self._tolerance_N, UPDATE_LIMIT * length)
         self.newton_iterations += outcome.iterations
-        if may_jump and not outcome.converged:
-            self._u[:] = self._last
-            outcome = self._motion.settle(tolerance, UPDATE_LIMIT * self._settings.max_step_mm)
-            self.newton_iterations += outcome.iterations
         return outcome
+
+    def _settle(self) -> NewtonOutcome:
+        """Let the structure move from its last accepted state to where it rests."""
+        self._u[:] = self._last
+        limit = UPDATE_LIMIT * self._settings.max_step_mm
+        outcome = self._motion.settle(self._tolerance_N, limit)
+        self.newton_iterations += outcome.iterations
+        return outcome
+
+    @property
+    def _tolerance_N(self) -> float:
+        force = abs(self._measured.force_N) / self._problem.factor
+        return self._settings.relative_tolerance * max(force, SMALLEST_SCALE_N)
 
     def _jump(self, travel: float, length: float, measured: T) -> Jump | None:
         before = self._measured

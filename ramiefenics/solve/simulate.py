@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import pandas as pd
 from mpi4py import MPI
+from petsc4py import PETSc
 
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
@@ -49,6 +50,7 @@ def simulate(
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     start = time.perf_counter()
+    PETSc.garbage_cleanup()  # on several ranks PETSc frees what Python has dropped only when asked
     problem = BendingProblem(test, comm)
     observer = Observer(problem)
     camera = Camera(problem, observer)

@@ -7,15 +7,16 @@ iteration to the next. It is applied as a difference quotient of the residual (K
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix, create_matrix
 from petsc4py import PETSc
 
-RIGID_SHIFT = 1e-9
+RIGID_SHIFT = 1e-7
 """Added to the diagonal of the factorised tangent, relative to its mean: it holds rigid motions
-that no friction holds, and does not touch the solution."""
+that no friction holds. The solution does not feel a preconditioner."""
 
 DIFFERENCE_MM = 1e-7
 """Largest displacement in the difference quotient: far above rounding, far below what changes
@@ -56,7 +57,8 @@ class Tangent:
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()
-        product = PETSc.Mat().createPython(self._matrix.getSizes(), self, self._matrix.comm)
+        sizes, comm = self._matrix.getSizes(), self._matrix.comm
+        product = PETSc.Mat().createPython(sizes, _Product(self), comm)
         self._solver = _krylov(product, self._matrix)
         self._factorised = False
 
@@ -64,7 +66,7 @@ class Tangent:
         """Let the next solve factorise the tangent at its own state."""
         self._factorised = False
 
-    def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> bool:
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> None:
         """Solve ``tangent x = b``, b the residual at the current state.
 
         Parameters
@@ -75,11 +77,6 @@ class Tangent:
             Residual of the linear equations relative to b.
         added
             What the residual has on the tangent's diagonal beyond the form, if anything.
-
-        Returns
-        -------
-        bool
-            Whether a tangent was factorised.
         """
         fresh = not self._factorised
         if fresh:
@@ -92,10 +89,9 @@ class Tangent:
         self._state.copy(self._u.x.petsc_vec)
         self._u.x.scatter_forward()
         self._factorised = self._solver.getIterationNumber() <= OLD_ITERATIONS
-        return fresh
 
-    def mult(self, _: PETSc.Mat, direction: PETSc.Vec, product: PETSc.Vec) -> None:
-        """Apply the tangent to a direction; PETSc calls it."""
+    def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
+        """Apply the tangent at the state of the last solve to a direction."""
         size = direction.norm(PETSc.NormType.INFINITY)
         if size == 0.0:
             product.set(0.0)
@@ -120,6 +116,19 @@ class Tangent:
             self._diagonal.axpy(1.0, added)
         matrix.setDiagonal(self._diagonal)
         return mean
+
+
+class _Product:
+    """The tangent as PETSc's matrix context. Through PETSc Python sees no cycle: hence weak."""
+
+    def __init__(self, tangent: Tangent) -> None:
+        self._tangent = weakref.ref(tangent)
+
+    def mult(self, _: PETSc.Mat, direction: PETSc.Vec, product: PETSc.Vec) -> None:
+        """Apply the tangent; PETSc calls it."""
+        tangent = self._tangent()
+        assert tangent is not None  # it owns the solver that calls
+        tangent.multiply(direction, product)
 
 
 def _krylov(product: PETSc.Mat, matrix: PETSc.Mat) -> PETSc.KSP:

@@ -130,8 +130,8 @@ class Closure:
     shear_yield_strain
         Axial shear gamma_Y beyond which the matrix between the fibres yields.
     shear_residual_tangent
-        Shear tangent left beyond yield, R, over G_XZ. Below ``s_c + h |e|`` compressed and sheared
-        fibres kink, so it is at least the strength.
+        Shear tangent left beyond yield, R, over G_XZ. Where ``s_c + h |e|`` exceeds it sheared
+        fibres may kink: with the defaults beyond a compression of 0.1.
     densification
         How fast the section stiffens when crushed: its tangent gains this multiple of
         ``(ln J)^2``, as a cellular solid that closes its cells (Gibson and Ashby 1997).
@@ -145,10 +145,17 @@ class Closure:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        check_number(self, "fibre_strength", above=0.0, at_most=1.0)
+        check_number(self, "shear_residual_tangent", above=0.0, at_most=1.0)
+        check_number(self, "fibre_strength", above=0.0)
+        if self.fibre_strength > self.shear_residual_tangent:
+            raise SpecificationError(
+                "fibre_strength",
+                self.fibre_strength,
+                f"must be at most shear_residual_tangent = {self.shear_residual_tangent:g}, or "
+                "compressed fibres kink",
+            )
         check_number(self, "fibre_residual_tangent", at_least=0.0)
         check_number(self, "shear_yield_strain", above=0.0)
-        check_number(self, "shear_residual_tangent", at_least=self.fibre_strength, at_most=1.0)
         check_number(self, "densification", at_least=0.0)
 
 

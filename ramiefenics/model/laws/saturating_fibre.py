@@ -10,7 +10,7 @@ With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
 - axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
   quadratic in C_13 it does not weaken when the layer is crushed. The shear stress saturates:
-  ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``, R the fibre's strength over G_XZ;
+  ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
 - in-plane shear beyond Eq. 4, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, zero by default.
 
 Why shear has to saturate: under a shear stress tau, rank-one disturbances that do not lean the
