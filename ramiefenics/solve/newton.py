@@ -99,9 +99,8 @@ class Newton:
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
         self._work = u.x.petsc_vec.duplicate()
-        self._diagonal = u.x.petsc_vec.duplicate()
+        self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
         self._inertia: Inertia | None = None
-        self._added: PETSc.Vec | None = None
         self._tangent = Tangent(jacobian, bcs, u, self._evaluate)
 
     def solve(
@@ -131,11 +130,11 @@ class Newton:
                 return NewtonOutcome(True, iteration, history[-1], "converged")
             if not np.isfinite(history[-1]):
                 return NewtonOutcome(False, iteration, history[-1], "an element turned inside out")
-            self._tangent.solve(
-                self._b, self._step, self._forcing(history, tolerance_N), self._added
-            )
+            forcing = self._forcing(history, tolerance_N)
+            added = None if self._inertia is None else self._diagonal
+            self._tangent.solve(self._b, self._step, forcing, added)
             size = self._step.norm(PETSc.NormType.INFINITY)
-            if not np.isfinite(size):
+            if not np.isfinite(size) or size == 0.0:
                 reason = "the tangent could not be factorised"
                 return NewtonOutcome(False, iteration + 1, history[-1], reason)
             history.append(self._search(min(1.0, largest_update_mm / size), history[-MEMORY:]))
@@ -173,8 +172,8 @@ class Newton:
         b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         if self._inertia is not None:
             self._work.waxpy(-1.0, self._inertia.predicted, self._u.x.petsc_vec)
-            self._work.pointwiseMult(self._work, self._inertia.mass)
-            b.axpy(1.0 / self._inertia.time_step_s**2, self._work)
+            self._work.pointwiseMult(self._work, self._diagonal)
+            b.axpy(1.0, self._work)
         set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
 
     def _set_inertia(self, inertia: Inertia | None) -> None:
@@ -182,11 +181,9 @@ class Newton:
         if inertia is not None or self._inertia is not None:
             self._tangent.forget()
         self._inertia = inertia
-        self._added = None
         if inertia is not None:
             inertia.mass.copy(self._diagonal)
             self._diagonal.scale(1.0 / inertia.time_step_s**2)
-            self._added = self._diagonal
 
     def residual_norm(self) -> float:
         """Return the norm of the current residual without inertia, N."""
