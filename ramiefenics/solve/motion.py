@@ -20,8 +20,9 @@ from petsc4py import PETSc
 from ramiefenics.solve.driven import Driven
 from ramiefenics.solve.newton import Inertia, Newton, NewtonOutcome
 
-FIRST_SHARE = 1e-2
-"""Share of the inertia in the diagonal of the first time step's matrix."""
+FIRST_SHARE = 1.0
+"""Inertia over stiffness in the diagonal of the first time step's matrix: a step so short that it
+does not leap over a barrier to a farther equilibrium."""
 
 EASY_ITERATIONS = 5
 """A time step that took no more lets the next one be twice as long."""
