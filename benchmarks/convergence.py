@@ -34,11 +34,11 @@ all cylinders of 5 mm radius, default law. Forces in N. "The finest" is the last
 order. CPU times are those of one of two runs at a time on a shared two-core virtual machine.
 
 **Beyond 13.5 mm the finest mesh is a warning, not a reference**: it loses its path there and jumps,
-though the material stays strongly elliptic. A likely reason is a crease of the xylem's inner surface
-where the flattened void bends: on `ladder_q2_3` that is where cells are crushed most beyond 14 mm.
-A crease has no length of its own, and comes the earlier the finer the mesh (Biot 1963).
-First-order meshes lock in the
-bending of the crushed wall, and their last two still differ by up to 2 %.
+though the material stays strongly elliptic. A likely reason is a crease of the xylem's inner
+surface where the flattened void bends: on `ladder_q2_3` that is where cells are crushed most beyond
+14 mm. A crease has no length of its own, and comes the earlier the finer the mesh (Biot 1963).
+First-order meshes lock in the bending of the crushed wall, and their last two still differ by up to
+2 %.
 
 """
 

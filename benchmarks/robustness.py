@@ -2,7 +2,7 @@
 
     ./run python benchmarks/robustness.py
 
-144 runs on the standard recipe, two at a time, three quarters of an hour. Keeps every finished run
+144 runs on the standard recipe, two at a time, half an hour. Keeps every finished run
 in `docs/robustness.json`, and writes `docs/robustness.md` at the end.
 """
 
