@@ -20,7 +20,7 @@ FORCES = {f"force_{at}mm_N": f"F({at} mm)" for at in (4, 8, 12, 14)} | {"max_for
 
 MESHES = {
     "First order": [f"ladder_q1_{step}" for step in (1, 2, 3, 4, 5)],
-    "Second order": [f"ladder_q2_{step}" for step in (1, 2, 3, 4)],
+    "Second order": [f"ladder_q2_{step}" for step in (1, 2, 3, 4, 5)],
     "Recipes for use": ["screening", "standard", "fine"],
 }
 MAX_STEPS_MM = (1.0, 0.5, 0.25)

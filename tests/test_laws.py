@@ -11,6 +11,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ramiefenics import Closure, Elastic, Material
 from ramiefenics.model.jit import compile_expression
@@ -164,8 +165,11 @@ def test_axial_shear_does_not_weaken_when_crushed() -> None:
 
 def test_shear_stress_saturates_beyond_yield() -> None:
     """P_YZ at simple shear of the fibres' planes: (G - mu) (R g + (1 - R) g_Y) far beyond g_Y."""
-    point = Point("saturating_fibre", PHLOEM)
-    closure, elastic = PHLOEM.closure, PHLOEM.elastic
+    closure = dataclasses.replace(
+        PHLOEM.closure, densification=0.0
+    )  # it would add to a strain of 1
+    elastic = PHLOEM.elastic
+    point = Point("saturating_fibre", dataclasses.replace(PHLOEM, closure=closure))
     mu = elastic.G_XY  # by Eq. 4 the section is isotropic: (C11 - C12) / 2
     gamma = 20.0 * closure.shear_yield_strain
     F = np.eye(3)
@@ -177,8 +181,8 @@ def test_shear_stress_saturates_beyond_yield() -> None:
     assert point.stress(F)[2, 1] == pytest.approx(expected, rel=2e-3)
 
 
-def test_densification_adds_its_multiple_of_log_j_squared() -> None:
-    """Second derivative along ln J of d/12 (2 mu + lambda) (ln J)^4."""
+def test_densification_adds_its_energy() -> None:
+    """d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4), in a layer crushed to one half."""
     loose = dataclasses.replace(
         PHLOEM, closure=dataclasses.replace(PHLOEM.closure, densification=0)
     )
@@ -188,4 +192,31 @@ def test_densification_adds_its_multiple_of_log_j_squared() -> None:
     crushed = np.diag([1.0, 0.5, 1.0])
     gain = dense.energy(crushed) - rest.energy(crushed)
     modulus = 2 * p["mu"] + p["lambda"]
-    assert gain == pytest.approx(PHLOEM.closure.densification / 12 * modulus * np.log(2.0) ** 4)
+    distortion = 0.25 - 1 + 2 * np.log(2.0)
+    shape = np.log(2.0) ** 4 + distortion**2 / 4
+    assert gain == pytest.approx(PHLOEM.closure.densification / 24 * modulus * shape)
+
+
+def _surface_impedance(law: str, stretch: float) -> float:
+    """Least eigenvalue of a compressed half-space's surface impedance, over its shear modulus.
+
+    Plane strain along the fibres, free surface with normal Y, compressed along X. Where it is not
+    positive the surface creases (Stroh's formalism: Barnett and Lothe 1985).
+    """
+    point = Point(law, XYLEM)
+    free = brentq(lambda y: point.stress(np.diag([stretch, y, 1.0]))[1, 1], 0.5, 4.0)
+    tangent = point.tangent(np.diag([stretch, free, 1.0]))[:2, :2, :2, :2]
+    Q, R, T = tangent[:, 0, :, 0], tangent[:, 0, :, 1], tangent[:, 1, :, 1]
+    inverse = np.linalg.inv(T)
+    N = np.block([[-inverse @ R.T, inverse], [R @ inverse @ R.T - Q, -R @ inverse]])
+    values, vectors = np.linalg.eig(N)
+    decaying = vectors[:, values.imag > 0]
+    impedance = -1j * decaying[2:] @ np.linalg.inv(decaying[:2])
+    return float(np.linalg.eigvalsh(impedance)[0] / XYLEM.elastic.G_XY)
+
+
+def test_densification_keeps_a_compressed_surface_from_creasing() -> None:
+    """An incompressible neo-Hookean one creases at a stretch of 0.544 (Biot 1963)."""
+    assert _surface_impedance("neo_hookean", 0.6) > 0  # compressible: somewhat later
+    assert _surface_impedance("neo_hookean", 0.45) < 0
+    assert _surface_impedance("saturating_fibre", 0.42) > 0

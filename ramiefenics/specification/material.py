@@ -133,15 +133,16 @@ class Closure:
         Shear tangent left beyond yield, R, over G_XZ. Where ``s_c + h |e|`` exceeds it sheared
         fibres may kink: with the defaults beyond a compression of 0.1.
     densification
-        How fast the section stiffens when crushed: its tangent gains this multiple of
-        ``(ln J)^2``, as a cellular solid that closes its cells (Gibson and Ashby 1997).
+        How fast the section stiffens when crushed: compressed in one direction to the stretch
+        lambda, its tangent gains about this multiple of ``(ln lambda)^2``, as a cellular solid
+        that closes its cells (Gibson and Ashby 1997).
     """
 
     fibre_strength: float = 0.1
     fibre_residual_tangent: float = 1.0
     shear_yield_strain: float = 0.05
     shear_residual_tangent: float = 0.2
-    densification: float = 3.0
+    densification: float = 12.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""

@@ -3,7 +3,8 @@
 With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
 
 - neo-Hookean cross-section, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``;
-- densification, ``d/12 (2 mu + lambda) (ln J)^4``, which leaves small strains alone;
+- densification, ``d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4)``, which leaves small
+  strains alone;
 - fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``: the second term carries the Poisson coupling.
   Linear in tension; in compression the stress saturates,
   ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``;
@@ -16,6 +17,10 @@ With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
 Why shear has to saturate: under a shear stress tau, rank-one disturbances that do not lean the
 fibres release energy at the rate tau and are held by mu and lambda alone, some forty times below
 G_XZ. A law that is linear in q loses ellipticity in the crushed phloem at a few millimetres.
+
+Why densification has two parts: crushing lowers J, but the free surface of a bent wall, compressed
+in one direction, expands in the other, and would crease, at any length, at half its length (Biot
+1963). The square of the neo-Hookean energy, which is polyconvex, stiffens that too.
 """
 
 from __future__ import annotations
@@ -65,10 +70,11 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     stretch_squared = ufl.dot(f3, f3)
     stretch = ufl.sqrt(stretch_squared)
     e = stretch - 1 + p["r"] * (log_j - ufl.ln(stretch))
+    distortion = ufl.inner(F, F) - 3 - 2 * log_j
     return (
-        p["mu"] / 2 * (ufl.inner(F, F) - 3 - 2 * log_j)
+        p["mu"] / 2 * distortion
         + p["lambda"] / 2 * log_j**2
-        + p["d"] / 12 * (2 * p["mu"] + p["lambda"]) * log_j**4
+        + p["d"] / 24 * (2 * p["mu"] + p["lambda"]) * (log_j**4 + distortion**2 / 4)
         + _fibre_energy(e, p)
         + p["shear_XZ"] / 2 * _saturated(stretch_squared * ufl.dot(area, area) / J**2 - 1, p)
         + p["shear_XY"] / 2 * ufl.dot(f1, f2) ** 2 / (ufl.dot(f1, f1) * ufl.dot(f2, f2))
