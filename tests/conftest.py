@@ -29,9 +29,11 @@ def coarse(screening: BendingTest) -> BendingTest:
     return override(
         screening,
         [
+            "numerics.mesh=ladder_q1_1",
             "numerics.mesh.angular_elements=6",
             "numerics.mesh.wall_elements=1",
             "numerics.mesh.contact_size_mm=2.0",
+            "numerics.mesh.coarse_size_mm=4.5",
             "protocol.travel_mm=3.0",
         ],
     )

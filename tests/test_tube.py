@@ -53,11 +53,11 @@ def test_second_order_tube_has_the_layers_volumes(
         assert _volume(tube, layer) == pytest.approx(SHARE[domain] * exact, rel=3e-4)
 
 
-def test_straight_edges_leave_out_what_a_polygon_leaves_out(screening: BendingTest) -> None:
-    tube = build_tube(screening, MPI.COMM_SELF)
-    arc = np.pi / screening.numerics.mesh.angular_elements
+def test_straight_edges_leave_out_what_a_polygon_leaves_out(coarse: BendingTest) -> None:
+    tube = build_tube(coarse, MPI.COMM_SELF)
+    arc = np.pi / coarse.numerics.mesh.angular_elements
     polygon = np.sin(arc) / arc  # area of a regular polygon over that of its circle
-    for layer, exact in enumerate(_exact_volumes(screening.stalk), start=1):
+    for layer, exact in enumerate(_exact_volumes(coarse.stalk), start=1):
         assert _volume(tube, layer) == pytest.approx(0.25 * exact * polygon, rel=1e-10)
 
 
@@ -89,9 +89,31 @@ def test_any_number_of_layers(screening: BendingTest) -> None:
         assert sorted(set(tube.cells.values)) == list(range(1, len(layers) + 1))
 
 
-def test_fine_under_the_cylinders_and_coarse_between(screening: BendingTest) -> None:
-    recipe = screening.numerics.mesh
-    z = axial_positions(screening)
+@pytest.mark.parametrize("domain", SHARE)
+def test_sections_are_fine_at_the_bore_and_at_the_sides(
+    screening: BendingTest, domain: str
+) -> None:
+    changes = ["bore_growth=2.0", "side_growth=1.5", "angular_elements=6", "wall_elements=3"]
+    test = override(
+        screening,
+        [f"numerics.domain={domain}", *(f"numerics.mesh.{change}" for change in changes)],
+    )
+    x = build_tube(test, MPI.COMM_SELF).mesh.geometry.x
+    x = x[np.abs(x[:, 2] - x[:, 2].min()) < 1e-9]
+    radius, angle = np.hypot(x[:, 0], x[:, 1]), np.degrees(np.arctan2(x[:, 1], x[:, 0]))
+    bore = np.unique(np.abs(angle[np.isclose(radius, test.stalk.radii_mm[0])]).round(3))
+    # corners every other node: 1 + 1.5 + 2.25 parts of 90 degrees
+    corners = 90.0 / 4.75 * np.array([0.0, 1.0, 2.5, 4.75])
+    expected = corners if domain != "full" else np.concatenate([corners, 180 - corners[-2::-1]])
+    assert bore[::2] == pytest.approx(expected, abs=2e-3)
+    wall = np.unique(radius[np.abs(x[:, 1]) < 1e-9].round(6))[:7:2]
+    inner, outer = test.stalk.radii_mm[:2]
+    assert wall == pytest.approx(inner + (outer - inner) / 7.0 * np.array([0, 1, 3, 7]), abs=1e-5)
+
+
+def test_fine_under_the_cylinders_and_coarse_between(coarse: BendingTest) -> None:
+    recipe = coarse.numerics.mesh
+    z = axial_positions(coarse)
     size, middle = np.diff(z), (z[1:] + z[:-1]) / 2
     near = (middle < 0.8 * recipe.contact_zone_mm) | (
         np.abs(middle - 50.0) < 0.8 * recipe.contact_zone_mm

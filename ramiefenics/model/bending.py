@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
@@ -53,9 +54,9 @@ class BendingProblem:
         self.factor = SYMMETRY_FACTOR[test.numerics.domain]
         self.tube = build_tube(test, comm)
         materials = [layer.material for layer in test.stalk.layers]
-        self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law)
-        radii = test.stalk.radii_mm
         recipe = test.numerics.mesh
+        self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law, recipe.serendipity)
+        radii = test.stalk.radii_mm
         elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)
         self.contact = Contact(
             self.solid,
@@ -90,7 +91,7 @@ class BendingProblem:
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""
-        self.solid.displacement.x.array[1::3] = -travel / 2.0
+        self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
 
     def place(self, travel: float) -> None:
         """Push the indenter down from its last accepted position; may be called again."""

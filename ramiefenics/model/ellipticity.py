@@ -20,18 +20,12 @@ from numpy.typing import NDArray
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.solid import QUADRATURE_DEGREE, Solid
 
-COARSE, FINE = 48, 400
-"""Directions N on the hemisphere at which the search for the minimum starts: at every point, and
-at the critical ones."""
-
-CRITICAL_SHARE = 0.05
-"""Share of the points, lowest by the coarse search, that count as critical."""
+LEVELS = ((1.0, 24, 0), (0.2, 96, 1), (0.04, 400, 10))
+"""The search for the minimum: share of the points, lowest by the level before, that take part;
+directions N on the hemisphere at which it starts; improvements of the best of them."""
 
 BLOCK = 4096
 """Points searched at once, to save memory."""
-
-COARSE_SWEEPS, FINE_SWEEPS = 1, 10
-"""Improvements of the best direction found."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +73,8 @@ class MaterialPoints:
         F = self._gradient.eval(self._mesh, self._cells).reshape(-1, 3, 3)
         tangent = self._tangent.eval(self._mesh, self._cells).reshape(-1, 3, 3, 3, 3)
         volume_ratio = np.linalg.det(F)
-        stretch = np.linalg.svd(F, compute_uv=False)[:, -1] * np.sign(volume_ratio)
+        squared = _smallest_eigenvalue((F.transpose(0, 2, 1) @ F)[..., None])[:, 0]
+        stretch = np.sqrt(np.maximum(squared, 0.0)) * np.sign(volume_ratio)
         acoustic = smallest_acoustic_eigenvalue(tangent)
         fields = (volume_ratio, stretch, acoustic)
         return PointState(*(field.reshape(self._shape) for field in fields))
@@ -105,19 +100,24 @@ def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.flo
     """
     # A_(iJ)(kL) to (ik)(JL): acoustic tensors for all directions are one matrix product
     form = tangent.transpose(0, 1, 3, 2, 4).reshape(-1, 9, 9)
-    blocks = np.array_split(form, math.ceil(len(form) / BLOCK))
-    value = np.concatenate([_search(block, COARSE, COARSE_SWEEPS) for block in blocks])
-    critical = np.argsort(value)[: math.ceil(CRITICAL_SHARE * len(value))]
-    finer = _search(form[critical], FINE, FINE_SWEEPS)
-    value[critical] = np.minimum(value[critical], finer)
+    value = np.full(len(form), np.inf)
+    for share, directions, sweeps in LEVELS:
+        lowest = np.argsort(value)[: math.ceil(share * len(value))]
+        for block in np.array_split(lowest, math.ceil(len(lowest) / BLOCK)):
+            found = _search(form[block], directions, sweeps)
+            value[block] = np.minimum(value[block], found)
     return value
 
 
 def _search(form: NDArray[np.float64], directions: int, sweeps: int) -> NDArray[np.float64]:
     """Search from a number of directions N, shape (n, 9, 9) to (n,)."""
     starts = hemisphere(directions)
+    if sweeps == 0:  # ranks the points only
+        form, starts = form.astype(np.float32), starts.astype(np.float32)
     dyads = np.einsum("dj,dl->jld", starts, starts).reshape(9, -1)
-    n = starts[_smallest_eigenvalue((form @ dyads).reshape(-1, 3, 3, directions)).argmin(axis=1)]
+    values = _smallest_eigenvalue((form @ dyads).reshape(-1, 3, 3, directions))
+    best = values.argmin(axis=1)
+    value, n = values[np.arange(len(form)), best], starts[best]
     turned = form.transpose(0, 2, 1)
     for _ in range(sweeps):
         m = _lowest_eigenvector(form, n)[1]
@@ -151,5 +151,5 @@ def _smallest_eigenvalue(q: NDArray[np.float64]) -> NDArray[np.float64]:
     d, e, f = q[:, 0, 1], q[:, 0, 2], q[:, 1, 2]
     size = np.sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
     half = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) / 2.0
-    cosine = np.clip(half / np.maximum(size, np.finfo(float).tiny) ** 3, -1.0, 1.0)
+    cosine = np.clip(half / np.maximum(size, 1e-12) ** 3, -1.0, 1.0)
     return mean + 2.0 * size * np.cos(np.arccos(cosine) / 3.0 + 2.0 * np.pi / 3.0)

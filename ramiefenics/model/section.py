@@ -53,6 +53,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
     angles = list(range(start, stop + 1, step))
     per_arc = math.ceil(recipe.angular_elements * step / 180)
     rings, layers, counts = _rings(stalk, recipe)
+    bore_growth, side_growth = (1.0, 1.0) if solid else (recipe.bore_growth, recipe.side_growth)
 
     centre = geo.addPoint(0.0, 0.0, z)
     points = [[_point(ring, angle, z) for angle in angles] for ring in rings]
@@ -68,8 +69,11 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
                 if ring.straight
                 else geo.addCircleArc(first, centre, second)
             )
-            geo.mesh.setTransfiniteCurve(line, per_arc + 1)
             arcs[-1].append(line)
+        for line, angle in zip(arcs[-1], angles, strict=False):
+            # counter-clockwise: away from a side in the first and third quadrant
+            growth = side_growth if angle % 180 == 0 else 1.0 / side_growth
+            geo.mesh.setTransfiniteCurve(line, per_arc + 1, "Progression", growth)
 
     surfaces: dict[int, list[int]] = {index: [] for index in range(len(stalk.layers))}
     for i, (layer, count) in enumerate(zip(layers, counts, strict=True)):
@@ -80,7 +84,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
             geo.remove([(1, spokes[-1])])
             spokes[-1] = spokes[0]
         for spoke in set(spokes):
-            geo.mesh.setTransfiniteCurve(spoke, count + 1)
+            geo.mesh.setTransfiniteCurve(spoke, count + 1, "Progression", bore_growth)
         for j in range(len(angles) - 1):
             loop = [arcs[i][j], spokes[j + 1], -arcs[i + 1][j], -spokes[j]]
             surfaces[layer].append(_block(loop))

@@ -63,6 +63,7 @@ class Camera:
         self._problem, self._observer = problem, observer
         solid = problem.solid
         self._scalar = fem.functionspace(solid.mesh, ("Lagrange", solid.order))
+        self._moved = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", solid.order, (3,))))
         self._vertex = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", 1)))
         self._nodal = fem.Function(self._scalar)
         cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
@@ -92,6 +93,7 @@ class Camera:
         """Return the snapshot on rank 0, None elsewhere."""
         solid = self._problem.solid
         comm = solid.mesh.comm
+        self._moved.interpolate(solid.displacement)
         nodes = self._scalar.dofmap.list[: len(self._cells)]
         values = self._expression.eval(solid.mesh, self._cells)
         values = values.reshape(-1, len(self.MIDDLE_FIELDS))
@@ -107,7 +109,7 @@ class Camera:
         local = {
             "points": self._scalar.tabulate_dof_coordinates(),
             "cells": nodes[:, self._corners].reshape(-1, 8).astype(np.int64),
-            "displacement": solid.displacement.x.array.reshape(-1, 3).copy(),
+            "displacement": self._moved.x.array.reshape(-1, 3).copy(),
             "contact_pressure": self._to_nodes(pressure),
             "contact_state": np.rint(self._to_nodes(state.astype(float))).astype(np.int8),
             **cell_data,

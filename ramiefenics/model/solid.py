@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
@@ -35,11 +34,13 @@ class Solid:
         One per layer.
     law
         Name of the hyperelastic law.
+    serendipity
+        Whether the displacement does without nodes inside faces and cells (Arnold and Awanou 2011).
 
     Attributes
     ----------
     space
-        Vector Lagrange space of the displacement, mm.
+        Vector space of the displacement, mm.
     displacement
         The unknown.
     density
@@ -52,12 +53,14 @@ class Solid:
         cells: dmesh.MeshTags,
         materials: Sequence[Material],
         law: str,
+        serendipity: bool = False,
     ) -> None:
         self.mesh = mesh
         self.law = LAWS[law]
         parameters = [self.law.parameters(material) for material in materials]
         self.order: int = mesh.geometry.cmap.degree
-        self.space = fem.functionspace(mesh, ("Lagrange", self.order, (mesh.geometry.dim,)))
+        family = "S" if serendipity else "Lagrange"
+        self.space = fem.functionspace(mesh, (family, self.order, (mesh.geometry.dim,)))
         self.cellwise = fem.functionspace(mesh, ("DG", 0))
         self.displacement = fem.Function(self.space, name="displacement")
         self._parameters = {
@@ -102,5 +105,8 @@ class Solid:
 
     def symmetry(self, facets: Any, axis: int) -> fem.DirichletBC:
         """Hold one displacement component at zero on facets."""
-        dofs = fem.locate_dofs_topological(self.space.sub(axis), self.mesh.topology.dim - 1, facets)
-        return fem.dirichletbc(np.array(0.0), dofs, self.space.sub(axis))
+        space = self.space.sub(axis)
+        scalar, _ = space.collapse()
+        dim = self.mesh.topology.dim - 1
+        dofs = fem.locate_dofs_topological((space, scalar), dim, facets)
+        return fem.dirichletbc(fem.Function(scalar), dofs, space)

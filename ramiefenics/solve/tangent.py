@@ -22,7 +22,7 @@ DIFFERENCE_MM = 1e-7
 """Largest displacement in the difference quotient: far above rounding, far below what changes
 the pattern of contact."""
 
-OLD_ITERATIONS = 15
+OLD_ITERATIONS = 10
 """A solve that took more is the last one with its factors."""
 
 MAX_ITERATIONS = 40

@@ -8,7 +8,12 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramiefenics.specification.checks import check_choice, check_integer, check_number
+from ramiefenics.specification.checks import (
+    check_choice,
+    check_instance,
+    check_integer,
+    check_number,
+)
 from ramiefenics.specification.errors import SpecificationError
 
 
@@ -39,6 +44,13 @@ class MeshRecipe:
         Element length gained per mm of distance from the nearest zone.
     coarse_size_mm
         Largest element length along Z.
+    bore_growth, side_growth
+        Ratio of an element to the one before, going outward from the bore through each layer, and
+        from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom. Hollow
+        stalks only.
+    serendipity
+        Leave out the displacement's nodes inside faces and cells: 20 instead of 27 per cell of
+        order 2.
     """
 
     order: int
@@ -49,6 +61,9 @@ class MeshRecipe:
     contact_zone_mm: float
     growth: float
     coarse_size_mm: float
+    bore_growth: float = 1.0
+    side_growth: float = 1.0
+    serendipity: bool = False
     name: str = "custom"
 
     def __post_init__(self) -> None:
@@ -63,6 +78,11 @@ class MeshRecipe:
         check_number(self, "contact_zone_mm", at_least=0.0, unit="mm")
         check_number(self, "growth", at_least=0.0)
         check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
+        check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
+        check_number(self, "side_growth", at_least=1.0, at_most=3.0)
+        check_instance(self, "serendipity", bool)
+        if self.serendipity and self.order == 1:
+            raise SpecificationError("serendipity", True, "is for order 2 only")
 
 
 def recipe_folder() -> Path:

@@ -62,7 +62,7 @@ class Stepping:
     max_step_mm: float = 1.0
     min_step_mm: float = 0.05
     max_iterations: int = 20
-    relative_tolerance: float = 1e-6
+    relative_tolerance: float = 1e-5
 
     def __post_init__(self) -> None:
         """Check signs and order of the increments."""
