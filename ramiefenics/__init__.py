@@ -9,6 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ramiefenics.solve.result import BendingResult
+from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import (
     BendingTest,
@@ -53,7 +54,9 @@ __all__ = [
     "Material",
     "MeshRecipe",
     "Numerics",
+    "Parameter",
     "Protocol",
+    "Sensitivities",
     "SpecificationError",
     "SpecificationWarning",
     "Stalk",
@@ -68,6 +71,7 @@ __all__ = [
     "read_test",
     "recipe_names",
     "section_figure",
+    "sensitivities",
     "simulate",
     "write_folder",
     "write_test",

@@ -68,6 +68,17 @@ class Inertia:
     time_step_s: float
 
 
+def evaluate_residual(
+    residual: fem.Form, bcs: list[fem.DirichletBC], u: fem.Function, b: PETSc.Vec
+) -> None:
+    """Evaluate a residual at `u`, which meets the Dirichlet conditions, into a vector."""
+    with b.localForm() as local:
+        local.set(0.0)
+    assemble_vector(b, residual)
+    b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+    set_bc(b, bcs, u.x.petsc_vec, -1.0)
+
+
 class Newton:
     """Solve ``residual(u) = 0`` from the current value of `u`.
 
@@ -83,6 +94,11 @@ class Newton:
         Dirichlet conditions.
     max_iterations
         Where to give up.
+
+    Attributes
+    ----------
+    tangent
+        The derivative, and its factors.
     """
 
     def __init__(
@@ -101,7 +117,7 @@ class Newton:
         self._work = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
         self._inertia: Inertia | None = None
-        self._tangent = Tangent(jacobian, bcs, u, self._evaluate)
+        self.tangent = Tangent(jacobian, bcs, u, self._evaluate)
 
     def solve(
         self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None
@@ -120,7 +136,7 @@ class Newton:
         self._set_inertia(inertia)
         outcome = self._iterate(tolerance_N, largest_update_mm)
         if not outcome.converged:
-            self._tangent.forget()
+            self.tangent.forget()
         return outcome
 
     def _iterate(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
@@ -132,7 +148,7 @@ class Newton:
                 return NewtonOutcome(False, iteration, history[-1], "an element turned inside out")
             forcing = self._forcing(history, tolerance_N)
             added = None if self._inertia is None else self._diagonal
-            self._tangent.solve(self._b, self._step, forcing, added)
+            self.tangent.solve(self._b, self._step, forcing, added)
             size = self._step.norm(PETSc.NormType.INFINITY)
             if not np.isfinite(size) or size == 0.0:
                 reason = "the tangent could not be factorised"
@@ -166,20 +182,17 @@ class Newton:
         return float(self._b.norm())
 
     def _evaluate(self, b: PETSc.Vec) -> None:
-        with b.localForm() as local:
-            local.set(0.0)
-        assemble_vector(b, self._residual)
-        b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        evaluate_residual(self._residual, self._bcs, self._u, b)
         if self._inertia is not None:
             self._work.waxpy(-1.0, self._inertia.predicted, self._u.x.petsc_vec)
             self._work.pointwiseMult(self._work, self._diagonal)
             b.axpy(1.0, self._work)
-        set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
+            set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
 
     def _set_inertia(self, inertia: Inertia | None) -> None:
         """Change the equations; factors of the tangent without or with other inertia are lost."""
         if inertia is not None or self._inertia is not None:
-            self._tangent.forget()
+            self.tangent.forget()
         self._inertia = inertia
         if inertia is not None:
             inertia.mass.copy(self._diagonal)
@@ -192,4 +205,4 @@ class Newton:
 
     def mean_stiffness(self) -> float:
         """Return the mean diagonal entry of the current tangent without inertia, N/mm."""
-        return self._tangent.assemble(None)
+        return self.tangent.assemble(None)

@@ -107,6 +107,8 @@ class QuasiStatic(Generic[T]):
 
     Attributes
     ----------
+    newton
+        Solves each step.
     newton_iterations, cut_backs
         Totals so far, failed attempts included.
     ending
@@ -118,14 +120,14 @@ class QuasiStatic(Generic[T]):
     ) -> None:
         self._problem, self._observe = problem, observe
         self._protocol, self._settings = protocol, settings
-        self._newton = Newton(
+        self.newton = Newton(
             problem.residual,
             problem.jacobian,
             problem.displacement,
             problem.bcs,
             settings.max_iterations,
         )
-        self._motion = DampedMotion(problem, self._newton)
+        self._motion = DampedMotion(problem, self.newton)
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
         self._rate = self._u.copy()  # change per travel in the last step
@@ -192,7 +194,7 @@ class QuasiStatic(Generic[T]):
             self._problem.first_guess(length)
         else:
             self._u[:] = self._last + length * self._rate
-        outcome = self._newton.solve(self._tolerance_N, UPDATE_LIMIT * length)
+        outcome = self.newton.solve(self._tolerance_N, UPDATE_LIMIT * length)
         self.newton_iterations += outcome.iterations
         return outcome
 

@@ -66,6 +66,17 @@ class Tangent:
         """Let the next solve factorise the tangent at its own state."""
         self._factorised = False
 
+    def factorise(self) -> None:
+        """Factorise the tangent at the current state, without what inertia adds."""
+        self.assemble(None)
+        self._solver.getPC().setReusePreconditioner(False)
+        self._solver.setUp()
+        self._factorised = True
+
+    def apply_factors(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve with the tangent that was factorised last, to the accuracy of its factors."""
+        self._solver.getPC().apply(b, x)
+
     def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> None:
         """Solve ``tangent x = b``, b the residual at the current state.
 
