@@ -10,11 +10,20 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ramiefenics import BendingResult, BendingTest, Elastic, Material, override, simulate
+from ramiefenics import (
+    BendingResult,
+    BendingTest,
+    Elastic,
+    Material,
+    SpecificationError,
+    override,
+    simulate,
+)
 from ramiefenics.model.ellipticity import MaterialPoints, smallest_acoustic_eigenvalue
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.solid import Solid
+from ramiefenics.results.manifest import summarise
 from ramiefenics.specification.published import PHLOEM
 
 
@@ -106,3 +115,13 @@ def test_published_laws_say_where_they_stop(coarse: BendingTest) -> None:
     }
     svk = simulate(override(coarse, ["law=svk"]), MPI.COMM_SELF).losses_mm
     assert svk["ellipticity"] <= svk["stretch"] <= svk["volume"] < 3.0
+
+
+def test_search_can_be_left_out(coarse: BendingTest) -> None:
+    changes = ["numerics.acoustic_check=false", "protocol.travel_mm=0.5"]
+    result = simulate(override(coarse, changes), MPI.COMM_SELF)
+    assert result.curve["min_acoustic_MPa"].isna().all()
+    assert result.curve["min_volume_ratio"].iloc[-1] < 1.0
+    assert summarise(result)["min_acoustic_MPa"] is None
+    with pytest.raises(SpecificationError, match="acoustic_check"):
+        override(coarse, ["numerics.acoustic_check=1"])

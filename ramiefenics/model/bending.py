@@ -12,7 +12,7 @@ from ramiefenics.model.contact import Contact, Cylinder
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.solid import Solid
-from ramiefenics.model.tube import SURFACES, build_tube
+from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
 from ramiefenics.specification import BendingTest
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
@@ -31,6 +31,8 @@ class BendingProblem:
         The specification.
     comm
         MPI communicator; construction is collective.
+    tube
+        A mesh to use in place of the recipe's.
 
     Attributes
     ----------
@@ -48,11 +50,11 @@ class BendingProblem:
         From the modelled part to the whole stalk.
     """
 
-    def __init__(self, test: BendingTest, comm: MPI.Comm) -> None:
+    def __init__(self, test: BendingTest, comm: MPI.Comm, tube: TubeMesh | None = None) -> None:
         check_law(test)
         self.test = test
         self.factor = SYMMETRY_FACTOR[test.numerics.domain]
-        self.tube = build_tube(test, comm)
+        self.tube = build_tube(test, comm) if tube is None else tube
         materials = [layer.material for layer in test.stalk.layers]
         recipe = test.numerics.mesh
         self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law, recipe.serendipity)

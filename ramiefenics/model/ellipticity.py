@@ -40,7 +40,7 @@ class PointState:
         The smallest one, negative where J is; same shape.
     acoustic_MPa
         Smallest eigenvalue of the acoustic tensor over directions; same shape. An upper bound,
-        tight at the lowest points; elsewhere the search is coarse.
+        tight at the lowest points; elsewhere the search is coarse. NaN if not sought.
     """
 
     volume_ratio: NDArray[np.float64]
@@ -55,9 +55,11 @@ class MaterialPoints:
     ----------
     solid
         Whose material to look at.
+    acoustic
+        Whether to seek acoustic eigenvalues.
     """
 
-    def __init__(self, solid: Solid) -> None:
+    def __init__(self, solid: Solid, acoustic: bool = True) -> None:
         points, _ = basix.make_quadrature(basix.CellType.hexahedron, QUADRATURE_DEGREE[solid.order])
         self._mesh = solid.mesh
         count = solid.mesh.topology.index_map(solid.mesh.topology.dim).size_local
@@ -65,17 +67,19 @@ class MaterialPoints:
         F = ufl.variable(solid.gradient(solid.displacement))
         tangent = ufl.diff(ufl.diff(solid.energy_density(F), F), F)
         self._gradient = compile_expression(solid.gradient(solid.displacement), points)
-        self._tangent = compile_expression(tangent, points)
+        self._tangent = compile_expression(tangent, points) if acoustic else None
         self._shape = (count, len(points))
 
     def evaluate(self) -> PointState:
         """Return the current state."""
         F = self._gradient.eval(self._mesh, self._cells).reshape(-1, 3, 3)
-        tangent = self._tangent.eval(self._mesh, self._cells).reshape(-1, 3, 3, 3, 3)
         volume_ratio = np.linalg.det(F)
         squared = _smallest_eigenvalue((F.transpose(0, 2, 1) @ F)[..., None])[:, 0]
         stretch = np.sqrt(np.maximum(squared, 0.0)) * np.sign(volume_ratio)
-        acoustic = smallest_acoustic_eigenvalue(tangent)
+        acoustic: NDArray[np.float64] = np.full(len(F), np.nan)
+        if self._tangent is not None:
+            tangent = self._tangent.eval(self._mesh, self._cells)
+            acoustic = smallest_acoustic_eigenvalue(tangent.reshape(-1, 3, 3, 3, 3))
         fields = (volume_ratio, stretch, acoustic)
         return PointState(*(field.reshape(self._shape) for field in fields))
 

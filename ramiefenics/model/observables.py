@@ -88,7 +88,7 @@ class Observer:
     def __init__(self, problem: BendingProblem) -> None:
         self.problem = problem
         self.surface = SurfaceFields(problem.contact)
-        self._points = MaterialPoints(problem.solid)
+        self._points = MaterialPoints(problem.solid, problem.test.numerics.acoustic_check)
         self.material: PointState  # since the first observation
         mesh = problem.tube.mesh
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,6 +48,27 @@ def build_tube(test: BendingTest, comm: MPI.Comm) -> TubeMesh:
             _add_tube(test)
         mesh, cells, facets = mesh_from_gmsh(gmsh.model, comm)
     return TubeMesh(mesh, cells, facets)
+
+
+def read_tube(path: str | Path, comm: MPI.Comm, surfaces: Mapping[int, str]) -> TubeMesh:
+    """Read a tube from a Gmsh file and distribute it; collective.
+
+    Parameters
+    ----------
+    path
+        Hexahedra whose physical volumes are 1, 2, ... from the inside out.
+    comm
+        MPI communicator.
+    surfaces
+        From the file's physical surfaces to the keys of `SURFACES`.
+    """
+    with _gmsh_session():
+        if comm.rank == 0:
+            gmsh.merge(str(path))
+        mesh, cells, facets = mesh_from_gmsh(gmsh.model, comm)
+    tags = np.array([SURFACES[surfaces[tag]] for tag in facets.values], dtype=np.int32)
+    renamed = dmesh.meshtags(mesh, facets.dim, facets.indices, tags)
+    return TubeMesh(mesh, cells, renamed)
 
 
 def write_tube(test: BendingTest, path: str | Path) -> None:

@@ -34,7 +34,9 @@ def summarise(result: BendingResult) -> dict[str, Any]:
         "energy_imbalance": (work - spent) / work if work > 0 else None,
         "min_volume_ratio": float(curve["min_volume_ratio"].min()),
         "min_principal_stretch": float(curve["min_principal_stretch"].min()),
-        "min_acoustic_MPa": float(curve["min_acoustic_MPa"].min()),
+        "min_acoustic_MPa": (
+            float(curve["min_acoustic_MPa"].min()) if result.test.numerics.acoustic_check else None
+        ),
         "lost_at_mm": {name: result.losses_mm.get(name) for name in LOSSES},
         "jumps": [dataclasses.asdict(jump) for jump in result.jumps],
         **dataclasses.asdict(result.statistics),

@@ -94,6 +94,8 @@ class Newton:
         Dirichlet conditions.
     max_iterations
         Where to give up.
+    linear_solver
+        As in `Stepping`.
 
     Attributes
     ----------
@@ -108,6 +110,7 @@ class Newton:
         u: fem.Function,
         bcs: list[fem.DirichletBC],
         max_iterations: int,
+        linear_solver: str = "auto",
     ) -> None:
         self._residual, self._u, self._bcs = residual, u, bcs
         self._max_iterations = max_iterations
@@ -117,7 +120,7 @@ class Newton:
         self._work = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
         self._inertia: Inertia | None = None
-        self.tangent = Tangent(jacobian, bcs, u, self._evaluate)
+        self.tangent = Tangent(jacobian, bcs, u, self._evaluate, linear_solver)
 
     def solve(
         self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None

@@ -126,6 +126,7 @@ class QuasiStatic(Generic[T]):
             problem.displacement,
             problem.bcs,
             settings.max_iterations,
+            settings.linear_solver,
         )
         self._motion = DampedMotion(problem, self.newton)
         self._u = problem.displacement.x.array

@@ -27,7 +27,7 @@ class Statistics:
     ----------
     dofs, cells
         Size of the model.
-    steps, newton_iterations, cut_backs
+    steps, newton_iterations, linear_iterations, cut_backs
         Work done; iterations of failed attempts included.
     wall_s
         Time from specification to result.
@@ -39,6 +39,7 @@ class Statistics:
     cells: int
     steps: int
     newton_iterations: int
+    linear_iterations: int
     cut_backs: int
     wall_s: float
     ranks: int

@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
 from ramiefenics.model.snapshot import Camera, Snapshot
+from ramiefenics.model.tube import TubeMesh
 from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.result import BendingResult, Statistics
@@ -23,6 +24,7 @@ def simulate(
     test: BendingTest,
     comm: MPI.Comm | None = None,
     on_step: Callable[[Step[Observables]], None] | None = None,
+    tube: TubeMesh | None = None,
 ) -> BendingResult:
     """Bend a stalk.
 
@@ -37,6 +39,8 @@ def simulate(
         MPI communicator, all of whose ranks call; the world by default.
     on_step
         Called after every converged step, on all ranks, for instance to show progress.
+    tube
+        A mesh of the stalk to use in place of the recipe's, from wherever it comes.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def simulate(
     comm = MPI.COMM_WORLD if comm is None else comm
     start = time.perf_counter()
     PETSc.garbage_cleanup()  # on several ranks PETSc frees what Python has dropped only when asked
-    problem = BendingProblem(test, comm)
+    problem = BendingProblem(test, comm, tube)
     observer = Observer(problem)
     camera = Camera(problem, observer)
     numerics = test.numerics
@@ -76,6 +80,7 @@ def simulate(
         cells=int(cells.size_global),
         steps=len(steps) - 1,
         newton_iterations=stepper.newton_iterations,
+        linear_iterations=stepper.newton.tangent.iterations,
         cut_backs=stepper.cut_backs,
         wall_s=time.perf_counter() - start,
         ranks=comm.size,

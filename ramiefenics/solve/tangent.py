@@ -1,8 +1,10 @@
-"""The linear equations of Newton's method: GMRES behind a factorised tangent of an earlier state.
+"""The linear equations of Newton's method: GMRES behind a preconditioner of an earlier state.
 
 A factorisation costs as much as dozens of residuals, and the tangent changes little from one
 iteration to the next. It is applied as a difference quotient of the residual (Knoll and Keyes
-2004), and the factors of an older one precondition it until they are too old.
+2004), and the factors of an older one precondition it until they are too old. For large models,
+whose factors would not fit, multigrid takes their place (Adams 2002), and as it needs more
+iterations, the assembled tangent that of the difference quotient.
 """
 
 from __future__ import annotations
@@ -10,8 +12,10 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable
 
+import numpy as np
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix, create_matrix
+from mpi4py import MPI
 from petsc4py import PETSc
 
 RIGID_SHIFT = 1e-7
@@ -25,8 +29,11 @@ the pattern of contact."""
 OLD_ITERATIONS = 10
 """A solve that took more is the last one with its factors."""
 
-MAX_ITERATIONS = 40
+MAX_ITERATIONS = {"direct": 40, "iterative": 150}
 """Where a solve gives up; the direction it has is of use to Newton's line search nevertheless."""
+
+DIRECT_UNKNOWNS = 200_000
+"""Up to here factors are faster than multigrid, and fit into memory."""
 
 
 class Tangent:
@@ -42,6 +49,13 @@ class Tangent:
         The state.
     evaluate
         Evaluates the residual at the state into a vector.
+    linear_solver
+        As in `Stepping`.
+
+    Attributes
+    ----------
+    iterations
+        Linear iterations so far.
     """
 
     def __init__(
@@ -50,6 +64,7 @@ class Tangent:
         bcs: list[fem.DirichletBC],
         u: fem.Function,
         evaluate: Callable[[PETSc.Vec], None],
+        linear_solver: str,
     ) -> None:
         self._jacobian, self._bcs, self._u, self._evaluate = jacobian, bcs, u, evaluate
         self._matrix = create_matrix(jacobian)
@@ -57,10 +72,22 @@ class Tangent:
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()
-        sizes, comm = self._matrix.getSizes(), self._matrix.comm
-        product = PETSc.Mat().createPython(sizes, _Product(self), comm)
-        self._solver = _krylov(product, self._matrix)
+        if linear_solver == "auto":
+            linear_solver = "direct" if self._matrix.size[0] <= DIRECT_UNKNOWNS else "iterative"
+        self._max_iterations = MAX_ITERATIONS[linear_solver]
+        self._iterative = linear_solver == "iterative"
+        self._solver = _krylov(self._matrix.comm, self._max_iterations)
+        if self._iterative:
+            self._matrix.setNearNullSpace(_rigid_motions(u))
+            self._solver.setOperators(self._matrix)
+            self._solver.getPC().setType("gamg")
+        else:
+            sizes = self._matrix.getSizes()
+            product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
+            self._solver.setOperators(product, self._matrix)
+            _factorise_by_mumps(self._solver)
         self._factorised = False
+        self.iterations = 0
 
     def forget(self) -> None:
         """Let the next solve factorise the tangent at its own state."""
@@ -89,17 +116,19 @@ class Tangent:
         added
             What the residual has on the tangent's diagonal beyond the form, if anything.
         """
-        fresh = not self._factorised
+        fresh = self._iterative or not self._factorised
         if fresh:
             self.assemble(added)
         self._u.x.petsc_vec.copy(self._state)
         b.copy(self._here)
         self._solver.getPC().setReusePreconditioner(not fresh)
-        self._solver.setTolerances(rtol=tolerance, max_it=MAX_ITERATIONS)
+        self._solver.setTolerances(rtol=tolerance, max_it=self._max_iterations)
         self._solver.solve(self._here, x)
         self._state.copy(self._u.x.petsc_vec)
         self._u.x.scatter_forward()
-        self._factorised = self._solver.getIterationNumber() <= OLD_ITERATIONS
+        iterations = self._solver.getIterationNumber()
+        self.iterations += iterations
+        self._factorised = iterations <= OLD_ITERATIONS
 
     def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
         """Apply the tangent at the state of the last solve to a direction."""
@@ -142,13 +171,17 @@ class _Product:
         tangent.multiply(direction, product)
 
 
-def _krylov(product: PETSc.Mat, matrix: PETSc.Mat) -> PETSc.KSP:
-    """Return GMRES behind MUMPS with METIS, which orders long thin meshes several times better."""
-    solver = PETSc.KSP().create(matrix.comm)
-    solver.setOperators(product, matrix)
+def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
+    """Return GMRES, preconditioned from the right: its residual is that of the equations."""
+    solver = PETSc.KSP().create(comm)
     solver.setType("gmres")
-    solver.setGMRESRestart(MAX_ITERATIONS)
+    solver.setGMRESRestart(restart)
     solver.setPCSide(PETSc.PC.Side.RIGHT)
+    return solver
+
+
+def _factorise_by_mumps(solver: PETSc.KSP) -> None:
+    """Precondition by MUMPS with METIS, which orders long thin meshes several times better."""
     pc = solver.getPC()
     pc.setType("lu")
     pc.setFactorSolverType("mumps")
@@ -159,4 +192,20 @@ def _krylov(product: PETSc.Mat, matrix: PETSc.Mat) -> PETSc.KSP:
     solver.setFromOptions()
     pc.setFactorSetUpSolverType()
     options.delValue(prefix + name)
-    return solver
+
+
+def _rigid_motions(u: fem.Function) -> PETSc.NullSpace:
+    """Return the six rigid motions, from which multigrid makes its coarse spaces."""
+    axes = np.eye(3)
+    motions = [lambda x, e=e: np.outer(e, np.ones(x.shape[1])) for e in axes]
+    motions += [lambda x, e=e: np.cross(e, x.T).T for e in axes]
+    vectors = []
+    for motion in motions:
+        field = fem.Function(u.function_space)
+        field.interpolate(motion)
+        vectors.append(field.x.petsc_vec.copy())
+    for k, vector in enumerate(vectors):
+        for other in vectors[:k]:
+            vector.axpy(-vector.dot(other), other)
+        vector.normalize()
+    return PETSc.NullSpace().create(vectors=vectors, comm=u.function_space.mesh.comm)

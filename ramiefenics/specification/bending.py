@@ -10,7 +10,7 @@ from ramiefenics.specification.fixture import Fixture, Protocol
 from ramiefenics.specification.numerics import Numerics
 from ramiefenics.specification.stalk import Stalk
 
-LAWS = ("saturating_fibre", "neo_hookean", "svk")
+LAWS = ("saturating_fibre", "neo_hookean", "svk", "isotropic")
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class BendingTest:
         How far.
     law
         Hyperelastic law of all layers: ``saturating_fibre`` (stable under crushing and fibre
-        compression), ``neo_hookean`` (stable under crushing only) or ``svk`` (St.
-        Venant-Kirchhoff, what LS-DYNA's MAT_002 computes).
+        compression), ``neo_hookean`` (stable under crushing only), ``svk`` (St.
+        Venant-Kirchhoff, what LS-DYNA's MAT_002 computes) or ``isotropic`` (neo-Hookean).
     numerics
         How it is solved.
     """

@@ -8,12 +8,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramiefenics.specification.checks import (
-    check_choice,
-    check_instance,
-    check_integer,
-    check_number,
-)
+from ramiefenics.specification.checks import check_choice, check_integer, check_number
 from ramiefenics.specification.errors import SpecificationError
 
 
@@ -80,7 +75,7 @@ class MeshRecipe:
         check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
         check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
         check_number(self, "side_growth", at_least=1.0, at_most=3.0)
-        check_instance(self, "serendipity", bool)
+        check_choice(self, "serendipity", (False, True))
         if self.serendipity and self.order == 1:
             raise SpecificationError("serendipity", True, "is for order 2 only")
 

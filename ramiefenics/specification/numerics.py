@@ -56,6 +56,9 @@ class Stepping:
         Newton iterations before the increment is cut.
     relative_tolerance
         Residual norm relative to the norm of the contact forces.
+    linear_solver
+        ``direct`` (MUMPS), ``iterative`` (algebraic multigrid) or ``auto``: direct up to 200,000
+        unknowns.
     """
 
     first_step_mm: float = 0.5
@@ -63,6 +66,7 @@ class Stepping:
     min_step_mm: float = 0.05
     max_iterations: int = 20
     relative_tolerance: float = 1e-5
+    linear_solver: str = "auto"
 
     def __post_init__(self) -> None:
         """Check signs and order of the increments."""
@@ -73,6 +77,7 @@ class Stepping:
         )
         check_integer(self, "max_iterations", 1)
         check_number(self, "relative_tolerance", above=0.0, below=1.0)
+        check_choice(self, "linear_solver", ("auto", "direct", "iterative"))
 
 
 DOMAINS = ("quarter", "half", "full")
@@ -89,12 +94,17 @@ class Numerics:
         the whole stalk.
     mesh, contact, stepping
         The parts.
+    acoustic_check
+        Search for the smallest acoustic eigenvalue after every step, and with it for the loss of
+        ellipticity. Costs up to a third of a run; for sweeps around a specification that is known
+        to be sound it can be left out.
     """
 
     domain: str = "quarter"
     mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("standard"))
     contact: ContactMethod = field(default_factory=ContactMethod)
     stepping: Stepping = field(default_factory=Stepping)
+    acoustic_check: bool = True
 
     def __post_init__(self) -> None:
         """Check the domain."""
@@ -102,3 +112,4 @@ class Numerics:
         check_instance(self, "mesh", MeshRecipe)
         check_instance(self, "contact", ContactMethod)
         check_instance(self, "stepping", Stepping)
+        check_choice(self, "acoustic_check", (False, True))

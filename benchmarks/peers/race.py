@@ -1,0 +1,87 @@
+"""The same problem on the same mesh by three codes, in turn: user CPU time of whole processes.
+
+    python3 benchmarks/peers/race.py MESH.msh... --felupe PYTHON
+
+Needs FElupe 11.3 with pypardiso in `PYTHON`, a virtual environment on top of that of `./run`, and
+CalculiX 2.20 as `ccx` where this runs, which needs no packages. Keeps finished races in
+`docs/race.json`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+DOCS = ROOT / "docs"
+PAIRS = 3
+
+
+def user_seconds(command: list[str], cwd: str) -> float:
+    """Run a command to its end on one thread; return the user CPU time of it and its children."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    subprocess.run(command, check=True, cwd=cwd, env=environment, stdout=subprocess.DEVNULL)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+def forces(path: Path) -> dict[str, float]:
+    """Return the forces at 4, 8 and 14 mm."""
+    rows = [line.split(",") for line in path.read_text().splitlines()[1:]]
+    found = {round(float(travel), 6): float(force) for travel, force in rows}
+    return {f"force_{at}mm_N": found[at] for at in (4, 8, 14)}
+
+
+def race(mesh: Path, friction: float, pythons: dict[str, list[str]]) -> dict[str, Any]:
+    """Run all codes in turn, several times."""
+    result: dict[str, Any] = {}
+    times: dict[str, list[float]] = {name: [] for name in pythons}
+    with tempfile.TemporaryDirectory() as folder:
+        for turn in range(PAIRS + 1):  # the first one compiles
+            for name, python in pythons.items():
+                out = Path(folder) / f"{name}.csv"
+                script = str(HERE / f"{name}_bend.py")
+                command = [*python, script, str(mesh), "--friction", str(friction)]
+                spent = user_seconds([*command, "--out", str(out)], folder)
+                if turn:
+                    times[name].append(spent)
+                result[name] = forces(out)
+    for name, values in times.items():
+        median = statistics.median(values)
+        result[name] |= {"user_s": values, "median_s": median}
+        result[name]["over_ours"] = median / statistics.median(times["ramiefenics"])
+    return result
+
+
+def main() -> None:
+    """Race on every mesh given, without and with friction."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("meshes", nargs="+", type=Path)
+    parser.add_argument("--felupe", required=True, help="a Python that has FElupe")
+    arguments = parser.parse_args()
+    pythons = {
+        "ramiefenics": [str(ROOT / "run"), "python"],
+        "felupe": [str(ROOT / "run"), arguments.felupe],
+        "calculix": [sys.executable],
+    }
+    path = DOCS / "race.json"
+    record = json.loads(path.read_text()) if path.exists() else {}
+    for mesh in arguments.meshes:
+        for friction in (0.0, 0.12):
+            label = f"{mesh.stem} friction {friction:g}"
+            if label not in record:
+                record[label] = race(mesh.resolve(), friction, pythons)
+                path.write_text(json.dumps(record, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
