@@ -1,0 +1,154 @@
+"""One page out of what the other benchmarks have recorded.
+
+    ./run python benchmarks/performance.py
+
+Seconds. Reads `docs/{convergence,race,ranks,growth,throughput,signatures}.json`; writes
+`docs/performance.md` and `docs/performance.png`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from convergence import MESHES
+from matplotlib.figure import Figure
+from record import DOCS, table
+
+from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.solve.tangent import DIRECT_UNKNOWNS
+
+FINEST = "ladder_q2_5"
+
+
+def read(name: str) -> Any:
+    """Return what a benchmark has recorded."""
+    return json.loads((DOCS / f"{name}.json").read_text())
+
+
+def machine() -> str:
+    """Return a description of this machine."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    return f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, virtual and shared"
+
+
+def front(rows: dict[str, dict[str, Any]]) -> Figure:
+    """Draw the error of the maximum force against CPU time."""
+    limit = rows[FINEST]["max_force_N"]
+    marks = (("First order", VERMILION, "s-"), ("Second order", BLUE, "o-"))
+    with mpl.rc_context(STYLE):
+        drawing = Figure(figsize=(5.0, 3.6), layout="constrained")
+        axes = drawing.subplots()
+        for family, colour, style in marks:
+            names = [name for name in MESHES[family] if name != FINEST]
+            errors = [100 * (rows[name]["max_force_N"] / limit - 1) for name in names]
+            times = [rows[name]["cpu_s"] for name in names]
+            axes.loglog(times, errors, style, color=colour, label=family.lower())
+        axes.axhline(1.0, color=GREY, ls=":")
+        axes.set(
+            xlabel="CPU time of a run to 14 mm (s)", ylabel="Maximum force over the finest mesh (%)"
+        )
+        axes.legend()
+        return drawing
+
+
+def race(record: dict[str, Any]) -> str:
+    """Tabulate the race."""
+    rows = []
+    for label, codes in record.items():
+        for code, run in codes.items():
+            forces = [f"{run[f'force_{at}mm_N']:.2f}" for at in (4, 8, 14)]
+            rows.append([label, code, *forces, f"{run['median_s']:.1f}", f"{run['over_ours']:.1f}"])
+    head = ["mesh", "code", "F(4 mm) (N)", "F(8 mm)", "F(14 mm)", "user CPU (s)", "over ours"]
+    return table(head, rows)
+
+
+def columns(rows: Iterable[dict[str, Any]], keys: dict[str, tuple[str, str]]) -> str:
+    """Tabulate some keys of rows, each with a heading and a format."""
+    cells = [[format(row[key], how) for key, (_, how) in keys.items()] for row in rows]
+    return table([title for title, _ in keys.values()], cells)
+
+
+def main() -> None:
+    """Write the page."""
+    rows = read("convergence")
+    front(rows).savefig(DOCS / "performance.png", dpi=200)
+    ranks, sweep, signatures = read("ranks"), read("throughput"), read("signatures")
+    growth = columns(
+        read("growth").values(),
+        {
+            "unknowns": ("unknowns", ",d"),
+            "newton_iterations": ("Newton iterations", "d"),
+            "linear_iterations": ("linear iterations", "d"),
+            "cpu_s": ("CPU (s)", ".0f"),
+            "cpu_ms_per_unknown": ("CPU per unknown (ms)", ".2f"),
+            "memory_kB_per_unknown": ("peak memory per unknown (kB)", ".1f"),
+        },
+    )
+    derivatives = columns(
+        [{"mesh": mesh, **row} for mesh, row in signatures.items()],
+        {
+            "mesh": ("recipe", "s"),
+            "one_run_s": ("one run (s)", ".1f"),
+            "with_derivatives_s": ("with derivatives by eight parameters (s)", ".1f"),
+        },
+    )
+    text = f"""# Performance
+
+Made by `./run python benchmarks/performance.py` from the records of the other benchmarks, measured
+on: {machine()}; one thread per process. Process CPU times unless it says otherwise.
+
+## Error against time
+
+![Error of the maximum force against CPU time, both element orders](performance.png)
+
+Of the calibration stalk with friction, to 14 mm; the error is over `{FINEST}`. All numbers are in
+[convergence.md](convergence.md).
+
+## The same problem, other codes
+
+Isotropic neo-Hookean layers between rigid cylinders to 14 mm, first-order hexahedra, meshes
+`tube_L1` (10,335 unknowns) and `tube_L2` (36,603). FElupe 11.3 with MKL PARDISO and CalculiX 2.20
+with SPOOLES, node-to-surface penalty 200 N/mm3, 1 mm steps; ours with Nitsche's method. User CPU
+time of the whole process, start-up included, median of three in turn
+(`benchmarks/peers/race.py`).
+
+{race(read("race"))}
+## Many runs
+
+{sweep["runs"]} stalks of different geometry and moduli on the screening recipe, on \
+{sweep["workers"]} processes: {sweep["runs_per_minute"]:.0f} per minute, \
+{sweep["median_cpu_s"]:.1f} s each (`benchmarks/throughput.py`).
+Constants and coordinates are data to the compiled forms; nothing is compiled twice.
+
+## Derivatives of the force curve
+
+By eight parameters, geometry, moduli, closure, radius and friction among them, with `sensitivities`
+(`benchmarks/signatures.py`). Central differences would cost sixteen runs.
+
+{derivatives}
+## Two ranks
+
+The fine recipe takes {ranks["one_rank_s"]:.0f} s on one rank and {ranks["two_ranks_s"]:.0f} s on \
+two, wall time: {ranks["speedup"]:.2f} times faster, the maximum force equal to \
+{ranks["force_difference"]:.0e} (`benchmarks/ranks.py`).
+
+## Large models
+
+The first millimetre of travel, friction on, first-order meshes, GMRES with algebraic multigrid
+(`benchmarks/growth.py`). `linear_solver = "auto"` takes it beyond {DIRECT_UNKNOWNS:,} unknowns.
+
+{growth}
+![Time and memory per unknown](growth.png)
+"""
+    (DOCS / "performance.md").write_text(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""One rank against two: wall time of the calibration stalk on the fine recipe.
+
+    ./run python benchmarks/ranks.py
+
+Five minutes on two idle cores. Writes `docs/ranks.json`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+
+from record import DOCS
+
+PAIRS = 3
+
+PROGRAM = """
+import ramiefenics as rf
+result = rf.simulate(rf.override(rf.published_test("table3"), ["numerics.mesh=fine"]))
+if result.snapshots:
+    print(result.statistics.wall_s, result.max_force_N)
+"""
+
+
+def run(ranks: int) -> tuple[float, float]:
+    """Return wall time and largest force."""
+    command = ["mpirun", "-n", str(ranks), sys.executable, "-c", PROGRAM]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    wall, force = done.stdout.split()
+    return float(wall), float(force)
+
+
+def main() -> None:
+    """Run in turn, and write medians."""
+    runs = [(run(1), run(2)) for _ in range(PAIRS)]
+    one, two = (statistics.median(pair[i][0] for pair in runs) for i in (0, 1))
+    summary = {
+        "one_rank_s": one,
+        "two_ranks_s": two,
+        "speedup": one / two,
+        "force_difference": abs(runs[0][1][1] / runs[0][0][1] - 1),
+    }
+    (DOCS / "ranks.json").write_text(json.dumps(summary, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
