@@ -20,7 +20,7 @@ from ramiefenics.solve.tangent import Tangent
 MEMORY = 4
 """Residuals that a step is compared with."""
 
-LOOSEST = 0.3
+LOOSEST = 0.1
 """Largest residual of the linear equations, relative to their right-hand side."""
 
 SHORTEST = 1.0 / 32.0
