@@ -46,8 +46,10 @@ def race(mesh: Path, friction: float, pythons: dict[str, list[str]]) -> dict[str
     result: dict[str, Any] = {}
     times: dict[str, list[float]] = {name: [] for name in pythons}
     with tempfile.TemporaryDirectory() as folder:
-        for turn in range(PAIRS + 1):  # the first one compiles
+        for turn in range(PAIRS + 1):
             for name, python in pythons.items():
+                if turn == 0 and name != "ramiefenics":
+                    continue  # only ours has something to compile
                 out = Path(folder) / f"{name}.csv"
                 script = str(HERE / f"{name}_bend.py")
                 command = [*python, script, str(mesh), "--friction", str(friction)]
@@ -67,6 +69,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("meshes", nargs="+", type=Path)
     parser.add_argument("--felupe", required=True, help="a Python that has FElupe")
+    parser.add_argument("--friction", nargs="+", type=float, default=[0.0, 0.12])
     arguments = parser.parse_args()
     pythons = {
         "ramiefenics": [str(ROOT / "run"), "python"],
@@ -76,7 +79,7 @@ def main() -> None:
     path = DOCS / "race.json"
     record = json.loads(path.read_text()) if path.exists() else {}
     for mesh in arguments.meshes:
-        for friction in (0.0, 0.12):
+        for friction in arguments.friction:
             label = f"{mesh.stem} friction {friction:g}"
             if label not in record:
                 record[label] = race(mesh.resolve(), friction, pythons)
