@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from ramiefenics import BendingResult, BendingTest, override, simulate
+from ramiefenics import BendingResult, BendingTest, override, published_test, simulate
+from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables
 from ramiefenics.solve.quasistatic import Step
 
@@ -232,3 +233,12 @@ def test_variants_of_nitsches_method_agree(
     assert other.max_force_N == pytest.approx(simulate(coarse, MPI.COMM_SELF).max_force_N, rel=0.02)
     imbalance = (other.curve["force_N"] - other.curve["support_force_N"]).abs().max()
     assert imbalance < 1e-3 * other.max_force_N
+
+
+def test_rounding_does_not_choose_what_a_cylinder_may_touch() -> None:
+    """The standard recipe has cells just between indenter and support."""
+    test = override(published_test("table3"), ["numerics.mesh=standard"])
+    wider = override(test, ["stalk.layers.phloem.outer_diameter_mm=14.2301"])
+    one, other = (BendingProblem(t, MPI.COMM_SELF).contact.cylinders for t in (test, wider))
+    for a, b in zip(one, other, strict=True):
+        assert np.array_equal(a.facets, b.facets)

@@ -111,7 +111,8 @@ class BendingProblem:
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
         radius = self.test.stalk.outer_diameter_mm / 2.0
         fixture = self.test.fixture
-        reach = fixture.span_mm / 4.0
+        # a cell just between two cylinders touches neither: rounding must not choose
+        reach = fixture.span_mm * (0.25 - 1e-6)
         y, z = middle[:, 1], middle[:, 2]
         top = radius + fixture.indenter_radius_mm
         bottom = -radius - fixture.support_radius_mm
@@ -122,7 +123,7 @@ class BendingProblem:
         ]
         for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
             if name == SUPPORT or self.test.numerics.domain != "quarter":
-                facets = outer[(y < 0) & (side * z > reach)]
+                facets = outer[(y < 0) & (side * z > fixture.span_mm / 2.0 - reach)]
                 at = side * fixture.span_mm / 2.0
                 cylinders.append(Cylinder(name, bottom, at, fixture.support_radius_mm, facets))
         return tuple(cylinders)
