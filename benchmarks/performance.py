@@ -75,31 +75,9 @@ def columns(rows: Iterable[dict[str, Any]], keys: dict[str, tuple[str, str]]) ->
     return table([title for title, _ in keys.values()], cells)
 
 
-def main() -> None:
-    """Write the page."""
-    rows = read("convergence")
-    front(rows).savefig(DOCS / "performance.png", dpi=200)
-    ranks, sweep, signatures = read("ranks"), read("throughput"), read("signatures")
-    growth = columns(
-        read("growth").values(),
-        {
-            "unknowns": ("unknowns", ",d"),
-            "newton_iterations": ("Newton iterations", "d"),
-            "linear_iterations": ("linear iterations", "d"),
-            "cpu_s": ("CPU (s)", ".0f"),
-            "cpu_ms_per_unknown": ("CPU per unknown (ms)", ".2f"),
-            "memory_kB_per_unknown": ("peak memory per unknown (kB)", ".1f"),
-        },
-    )
-    derivatives = columns(
-        [{"mesh": mesh, **row} for mesh, row in signatures.items()],
-        {
-            "mesh": ("recipe", "s"),
-            "one_run_s": ("one run (s)", ".1f"),
-            "with_derivatives_s": ("with derivatives by eight parameters (s)", ".1f"),
-        },
-    )
-    text = f"""# Performance
+def comparison() -> str:
+    """Return what is compared with finer meshes and with other codes."""
+    return f"""# Performance
 
 Made by `./run python benchmarks/performance.py` from the records of the other benchmarks, measured
 on: {machine()}; one thread per process. Process CPU times unless it says otherwise.
@@ -120,7 +98,40 @@ time of the whole process, start-up included, median of three in turn
 (`benchmarks/peers/race.py`).
 
 {race(read("race"))}
-## Many runs
+"""
+
+
+def derivatives() -> str:
+    """Tabulate the cost of derivatives."""
+    return columns(
+        [{"mesh": mesh, **row} for mesh, row in read("signatures").items()],
+        {
+            "mesh": ("recipe", "s"),
+            "one_run_s": ("one run (s)", ".1f"),
+            "with_derivatives_s": ("with derivatives by eight parameters (s)", ".1f"),
+        },
+    )
+
+
+def growth() -> str:
+    """Tabulate the cost of large models."""
+    return columns(
+        read("growth").values(),
+        {
+            "unknowns": ("unknowns", ",d"),
+            "newton_iterations": ("Newton iterations", "d"),
+            "linear_iterations": ("linear iterations", "d"),
+            "cpu_s": ("CPU (s)", ".0f"),
+            "cpu_ms_per_unknown": ("CPU per unknown (ms)", ".2f"),
+            "memory_kB_per_unknown": ("peak memory per unknown (kB)", ".1f"),
+        },
+    )
+
+
+def scaling() -> str:
+    """Return what many runs, several parameters, two ranks and large models cost."""
+    ranks, sweep = read("ranks"), read("throughput")
+    return f"""## Many runs
 
 {sweep["runs"]} stalks of different geometry and moduli on the screening recipe, on \
 {sweep["workers"]} processes: {sweep["runs_per_minute"]:.0f} per minute, \
@@ -132,7 +143,7 @@ Constants and coordinates are data to the compiled forms; nothing is compiled tw
 By eight parameters, geometry, moduli, closure, radius and friction among them, with `sensitivities`
 (`benchmarks/signatures.py`). Central differences would cost sixteen runs.
 
-{derivatives}
+{derivatives()}
 ## Two ranks
 
 The fine recipe takes {ranks["one_rank_s"]:.0f} s on one rank and {ranks["two_ranks_s"]:.0f} s on \
@@ -144,10 +155,15 @@ two, wall time: {ranks["speedup"]:.2f} times faster, the maximum force equal to 
 The first millimetre of travel, friction on, first-order meshes, GMRES with algebraic multigrid
 (`benchmarks/growth.py`). `linear_solver = "auto"` takes it beyond {DIRECT_UNKNOWNS:,} unknowns.
 
-{growth}
+{growth()}
 ![Time and memory per unknown](growth.png)
 """
-    (DOCS / "performance.md").write_text(text)
+
+
+def main() -> None:
+    """Write the page."""
+    front(read("convergence")).savefig(DOCS / "performance.png", dpi=200)
+    (DOCS / "performance.md").write_text(comparison() + scaling())
 
 
 if __name__ == "__main__":

@@ -165,9 +165,8 @@ def test_axial_shear_does_not_weaken_when_crushed() -> None:
 
 def test_shear_stress_saturates_beyond_yield() -> None:
     """P_YZ at simple shear of the fibres' planes: (G - mu) (R g + (1 - R) g_Y) far beyond g_Y."""
-    closure = dataclasses.replace(
-        PHLOEM.closure, densification=0.0
-    )  # it would add to a strain of 1
+    # densification would add to a strain of 1
+    closure = dataclasses.replace(PHLOEM.closure, densification=0.0)
     elastic = PHLOEM.elastic
     point = Point("saturating_fibre", dataclasses.replace(PHLOEM, closure=closure))
     mu = elastic.G_XY  # by Eq. 4 the section is isotropic: (C11 - C12) / 2

@@ -48,7 +48,7 @@ def test_constants_coordinates_and_fixture(short: BendingTest) -> None:
 
 
 def test_other_topology_falls_back_to_differences(short: BendingTest) -> None:
-    """Ten elements more, as if an amount decided on them: what they change is the derivative."""
+    """Two elements more, as if an amount decided on them: what they change is the derivative."""
 
     def finer(test: BendingTest, amount: float) -> BendingTest:
         return override(test, [f"numerics.mesh.angular_elements={8 if amount > 0 else 6}"])

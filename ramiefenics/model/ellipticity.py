@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.solid import QUADRATURE_DEGREE, Solid
 
-LEVELS = ((1.0, 24, 0), (0.2, 96, 1), (0.04, 400, 10))
+LEVELS = ((1.0, 24, 0), (0.2, 96, 1), (0.06, 400, 30))
 """The search for the minimum: share of the points, lowest by the level before, that take part;
 directions N on the hemisphere at which it starts; improvements of the best of them."""
 
@@ -123,9 +123,13 @@ def _search(form: NDArray[np.float64], directions: int, sweeps: int) -> NDArray[
     best = values.argmin(axis=1)
     value, n = values[np.arange(len(form)), best], starts[best]
     turned = form.transpose(0, 2, 1)
+    moving = np.arange(len(form))
     for _ in range(sweeps):
-        m = _lowest_eigenvector(form, n)[1]
-        value, n = _lowest_eigenvector(turned, m)
+        m = _lowest_eigenvector(form[moving], n[moving])[1]
+        lower, n[moving] = _lowest_eigenvector(turned[moving], m)
+        gain = value[moving] - lower
+        value[moving] = lower
+        moving = moving[gain > 1e-9 * np.abs(lower)]
     return value
 
 

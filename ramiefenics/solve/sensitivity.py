@@ -29,9 +29,9 @@ TWIN_SHARE, DIFFERENCE_SHARE = 1e-4, 0.1
 """Distance of the twins, and of whole simulations where twins do not serve, over the typical size:
 the former makes residuals linear, the latter is far above the error of a simulated force."""
 
-ACCURACY, ENOUGH = 1e-6, 1e-5
-"""Residual of the differentiated equations over their right-hand side, sought and accepted; the
-latter also over the force per typical amount, where rounding is all that is left."""
+ACCURACY = 1e-6
+"""Residual of the differentiated equations over their right-hand side, or, where rounding is all
+that is left of it, its change by a typical amount over the force."""
 
 MAX_CORRECTIONS = 12
 """Where to give up: the force is not smooth in this parameter."""
@@ -160,7 +160,7 @@ class _Pair:
             rounding = sizes[-1] > 0.5 * sizes[-2]
             if sizes[-1] <= ACCURACY * sizes[0] or rounding:
                 break
-        enough = ENOUGH * max(sizes[0], abs(force_N) / self._typical)
+        enough = ACCURACY * max(sizes[0], abs(force_N) / self._typical)
         return self._force() if sizes[-1] <= enough else None
 
     def _difference(self) -> float:
