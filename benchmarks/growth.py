@@ -22,7 +22,7 @@ from record import DOCS
 from ramiefenics import BendingTest, override, published_test, simulate
 from ramiefenics.results.figures import BLUE, STYLE
 
-REFINEMENT = (1.0, 1.5, 2.25, 2.8)
+REFINEMENT = (1.0, 1.5, 2.25, 2.8, 3.3)
 """Over the finest step of the first-order ladder."""
 
 
