@@ -8,6 +8,8 @@ __version__ = "0.1.0"
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
@@ -19,6 +21,7 @@ from ramiefenics.specification import (
     Fixture,
     Friction,
     Layer,
+    Machine,
     Material,
     MeshRecipe,
     Numerics,
@@ -38,19 +41,26 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
 
 __all__ = [
+    "EFFECTS",
     "BendingResult",
     "BendingTest",
     "Closure",
     "ContactMethod",
+    "Dataset",
+    "Discovery",
+    "Effect",
     "Elastic",
     "Fixture",
     "Friction",
     "Layer",
+    "Machine",
     "Material",
     "MeshRecipe",
     "Numerics",
@@ -63,30 +73,36 @@ __all__ = [
     "Stepping",
     "curve_figure",
     "deformed_picture",
+    "discover",
     "mesh_recipe",
     "override",
     "published_test",
     "ramie",
     "ramie_at_height",
+    "read_dataset",
     "read_test",
     "recipe_names",
     "section_figure",
     "sensitivities",
     "simulate",
+    "write_discovery",
     "write_folder",
     "write_test",
 ]
 
-_DRAWING = {
-    "curve_figure": "figures",
-    "deformed_picture": "pictures",
-    "section_figure": "figures",
-    "write_folder": "folder",
+_ON_DEMAND = {
+    "Discovery": "discovery",
+    "curve_figure": "results.figures",
+    "deformed_picture": "results.pictures",
+    "discover": "discovery",
+    "section_figure": "results.figures",
+    "write_discovery": "results.discovery_folder",
+    "write_folder": "results.folder",
 }
 
 
 def __getattr__(name: str) -> Any:
-    """Import what draws when it is asked for: simulating needs neither Matplotlib nor PyVista."""
-    if name in _DRAWING:
-        return getattr(importlib.import_module(f"{__name__}.results.{_DRAWING[name]}"), name)
+    """Import when it is asked for what simulating does not need, such as Matplotlib and PyVista."""
+    if name in _ON_DEMAND:
+        return getattr(importlib.import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `mesh`, `specification`."""
+"""The command line: `ramiefenics bend`, `discover`, `mesh`, `specification`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
+    mesh_recipe,
     override,
     published_test,
     read_test,
@@ -95,6 +96,42 @@ def mesh(
     write_tube(test, out)
 
 
+@app.command("discover")
+def discover_command(
+    dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
+    ] = None,
+    mesh: Annotated[str, typer.Option(help="Mesh recipe of all simulations.")] = "screening",
+    effects: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FILE.py", help="More suspects, defined in a Python file."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the draws behind probabilities.")] = 0,
+) -> None:
+    """Find what the simulation of measured curves lacks, and what naming it gains."""
+    folder = _check_writable(out or Path("results") / Path(dataset).resolve().name)
+    mesh_recipe(mesh)
+    from ramiefenics.discovery import discover
+    from ramiefenics.discovery.runs import Runs
+    from ramiefenics.effects import EFFECTS, load_effects
+    from ramiefenics.results.discovery_folder import summarise_discovery, write_discovery
+    from ramiefenics.results.discovery_report import sentence
+
+    suspects = dict(EFFECTS)
+    for path in effects or []:
+        suspects |= load_effects(path)
+    with _counting() as (stage, count):
+        try:
+            found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
+        except KeyboardInterrupt:
+            typer.echo("ramiefenics: interrupted; what is simulated is kept, so run it again")
+            raise typer.Exit(130) from None
+    write_discovery(found, folder)
+    typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
+    typer.echo(f"results in {folder}")
+
+
 @app.command()
 def specification(
     spec: Spec = "table3",
@@ -157,6 +194,27 @@ def _progress(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]
             progress.update(task, completed=step.travel_mm, state=state)
 
         yield show
+
+
+@contextmanager
+def _counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
+    """Show stages, simulations done and expected, and time left."""
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed} of about {task.total} simulations"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with progress:
+        task = progress.add_task("reading", total=None)
+
+        def stage(name: str, expected: int) -> None:
+            total = progress.tasks[task].completed + expected
+            progress.update(task, description=name, total=total)
+
+        yield stage, lambda number: progress.update(task, advance=number)
 
 
 def _report(result: BendingResult, folder: Path) -> None:

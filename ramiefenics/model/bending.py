@@ -55,7 +55,8 @@ class BendingProblem:
         self.test = test
         self.factor = SYMMETRY_FACTOR[test.numerics.domain]
         self.tube = build_tube(test, comm) if tube is None else tube
-        materials = [layer.material for layer in test.stalk.layers]
+        stalk = test.stalk
+        materials = [layer.material.scaled(stalk.stiffness_factor) for layer in stalk.layers]
         recipe = test.numerics.mesh
         self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law, recipe.serendipity)
         radii = test.stalk.radii_mm
@@ -109,13 +110,12 @@ class BendingProblem:
         mesh = self.tube.mesh
         outer = self.tube.facets.find(SURFACES["outer"])
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
-        radius = self.test.stalk.outer_diameter_mm / 2.0
-        fixture = self.test.fixture
+        stalk, fixture = self.test.stalk, self.test.fixture
+        radius = stalk.outer_diameter_mm / 2.0
         # a cell just between two cylinders touches neither: rounding must not choose
         reach = fixture.span_mm * (0.25 - 1e-6)
         y, z = middle[:, 1], middle[:, 2]
-        top = radius + fixture.indenter_radius_mm
-        bottom = -radius - fixture.support_radius_mm
+        top = radius * stalk.scale_at(0.0) + fixture.indenter_radius_mm
         cylinders = [
             Cylinder(
                 INDENTER, top, 0.0, fixture.indenter_radius_mm, outer[(y > 0) & (abs(z) < reach)]
@@ -125,5 +125,7 @@ class BendingProblem:
             if name == SUPPORT or self.test.numerics.domain != "quarter":
                 facets = outer[(y < 0) & (side * z > fixture.span_mm / 2.0 - reach)]
                 at = side * fixture.span_mm / 2.0
+                # a tapered stalk lies tilted; here it is straight, and the supports are tilted
+                bottom = -radius * stalk.scale_at(at) - fixture.support_radius_mm
                 cylinders.append(Cylinder(name, bottom, at, fixture.support_radius_mm, facets))
         return tuple(cylinders)

@@ -11,14 +11,15 @@ import gmsh
 from ramiefenics.specification import MeshRecipe, Stalk
 
 CORE_ON_AXIS, CORE_DIAGONAL = 0.5, 0.55
-"""Corners of a solid core's inner block, relative to the radius of the innermost layer."""
+"""Corners of a solid core's inner block, on an axis and between axes, relative to the radius of the
+innermost layer."""
 
 
 @dataclass(frozen=True)
 class _Ring:
     """A closed or half line of nodes around the axis.
 
-    `radii` alternate (on an axis, on a diagonal) for the straight-edged ring around the block
+    Its radii alternate (on an axis, between axes) for the straight-edged ring around the block
     that fills a solid core; one radius and circular arcs otherwise.
     """
 
@@ -48,12 +49,9 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
     """
     geo = gmsh.model.geo
     solid = stalk.void_diameter_mm == 0.0
-    step = 45 if solid else 90
-    start, stop = (-180, 180) if full else (-90, 90)
-    angles = list(range(start, stop + 1, step))
-    per_arc = math.ceil(recipe.angular_elements * step / 180)
+    per_arc = math.ceil(recipe.angular_elements / (4 if solid else 2))
+    angles = _angles(solid, full, recipe.side_growth**per_arc)
     rings, layers, counts = _rings(stalk, recipe)
-    bore_growth, side_growth = (1.0, 1.0) if solid else (recipe.bore_growth, recipe.side_growth)
 
     centre = geo.addPoint(0.0, 0.0, z)
     points = [[_point(ring, angle, z) for angle in angles] for ring in rings]
@@ -72,7 +70,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
             arcs[-1].append(line)
         for line, angle in zip(arcs[-1], angles, strict=False):
             # counter-clockwise: away from a side in the first and third quadrant
-            growth = side_growth if angle % 180 == 0 else 1.0 / side_growth
+            growth = recipe.side_growth if angle % 180 < 90 else 1.0 / recipe.side_growth
             geo.mesh.setTransfiniteCurve(line, per_arc + 1, "Progression", growth)
 
     surfaces: dict[int, list[int]] = {index: [] for index in range(len(stalk.layers))}
@@ -84,13 +82,39 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
             geo.remove([(1, spokes[-1])])
             spokes[-1] = spokes[0]
         for spoke in set(spokes):
-            geo.mesh.setTransfiniteCurve(spoke, count + 1, "Progression", bore_growth)
+            core = solid and i == 0
+            growth = 1.0 if core else recipe.bore_growth
+            geo.mesh.setTransfiniteCurve(spoke, count + 1, "Progression", growth)
         for j in range(len(angles) - 1):
             loop = [arcs[i][j], spokes[j + 1], -arcs[i + 1][j], -spokes[j]]
             surfaces[layer].append(_block(loop))
     if solid:
         surfaces[0] += _core(points[0], arcs[0], centre, angles, per_arc, full)
     return surfaces
+
+
+def _angles(solid: bool, full: bool, share: float) -> list[float]:
+    """Return the angles of the spokes between blocks, degrees from X, ascending.
+
+    Parameters
+    ----------
+    solid
+        Whether there is a core, whose block has a corner within each quadrant.
+    full
+        All four quadrants, or those at X >= 0.
+    share
+        Angle between corner and Y over that between X and corner: nodes graded towards the sides
+        are then those of a tube without core.
+    """
+    corner = 90.0 / (1.0 + share)
+    inside = [corner] if solid else []
+    quadrants = range(-180, 180, 90) if full else range(-90, 90, 90)
+    angles: list[float] = []
+    for start in quadrants:
+        from_side = start % 180 == 0
+        angles.append(start)
+        angles += [start + (a if from_side else 90.0 - a) for a in inside]
+    return [*angles, 180.0 if full else 90.0]
 
 
 def _rings(stalk: Stalk, recipe: MeshRecipe) -> tuple[list[_Ring], list[int], list[int]]:
@@ -100,13 +124,15 @@ def _rings(stalk: Stalk, recipe: MeshRecipe) -> tuple[list[_Ring], list[int], li
     if stalk.void_diameter_mm == 0.0:
         rings[0] = _Ring(CORE_ON_AXIS * radii[1], CORE_DIAGONAL * radii[1], True)
     layers = list(range(len(stalk.layers)))
-    inner = [rings[i + 1].on_axis - rings[i].on_axis for i in layers[:-1]]
-    counts = [max(1, round(recipe.wall_elements * t / sum(inner))) for t in inner]
+    thickness = [rings[i + 1].on_axis - rings[i].on_axis for i in layers]
+    # a core within a wall is cut as that is, on top of it
+    wall = thickness[1:-1] if stalk.void_diameter_mm == 0.0 and len(layers) > 2 else thickness[:-1]
+    counts = [max(1, round(recipe.wall_elements * t / sum(wall))) for t in thickness[:-1]]
     single = recipe.wall_elements + recipe.rind_elements  # one layer is wall and rind at once
-    return rings, layers, [*counts, recipe.rind_elements if inner else single]
+    return rings, layers, [*counts, recipe.rind_elements if len(layers) > 1 else single]
 
 
-def _point(ring: _Ring, angle: int, z: float) -> int:
+def _point(ring: _Ring, angle: float, z: float) -> int:
     radius = ring.diagonal if angle % 90 else ring.on_axis
     x, y = radius * math.cos(math.radians(angle)), radius * math.sin(math.radians(angle))
     return int(gmsh.model.geo.addPoint(0.0 if angle % 180 == 90 else x, y, z))
@@ -121,7 +147,7 @@ def _block(loop: list[int]) -> int:
 
 
 def _core(
-    ring: list[int], edges: list[int], centre: int, angles: list[int], per_arc: int, full: bool
+    ring: list[int], edges: list[int], centre: int, angles: list[float], per_arc: int, full: bool
 ) -> list[int]:
     """Fill the innermost ring with one four-sided block per quadrant."""
     geo = gmsh.model.geo

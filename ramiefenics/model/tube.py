@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import add_section
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, Stalk
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
 """Physical tags of the surfaces; layers are 1, 2, ... from the inside out."""
@@ -109,6 +109,16 @@ def _add_tube(test: BendingTest) -> None:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
+    if test.stalk.taper != 0.0:
+        _taper(test.stalk)
+
+
+def _taper(stalk: Stalk) -> None:
+    """Move the nodes of a straight tube to the sections of a tapered one."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
+        scale = stalk.scale_at(z)
+        gmsh.model.mesh.setNode(tag, [scale * x, scale * y, z], [])
 
 
 def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int, list[int]]:

@@ -54,8 +54,9 @@ class BendingResult:
     test
         The specification.
     curve
-        One row per converged step, from zero travel on: ``displacement_mm`` and the fields of
-        `Observables`, with ``friction_work_Nmm`` and ``indenter_work_Nmm`` summed up.
+        One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
+        ``recorded_displacement_mm`` by the machine, and the fields of `Observables`, with
+        ``friction_work_Nmm`` and ``indenter_work_Nmm`` summed up.
     snapshots
         Full fields at the travels that the protocol names.
     statistics

@@ -89,13 +89,15 @@ def simulate(
     ending = interrupted or stepper.ending
     assert ending is not None  # or the steps would go on
     jumps = tuple(step.jump for step in steps if step.jump is not None)
-    return BendingResult(test, _curve(steps), kept, statistics, ending, jumps)
+    return BendingResult(test, _curve(test, steps), kept, statistics, ending, jumps)
 
 
-def _curve(steps: list[Step[Observables]]) -> pd.DataFrame:
+def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
     """Tabulate steps, starting from the untouched stalk, and sum up works."""
     curve = pd.DataFrame([dataclasses.asdict(step.observables) for step in steps])
     curve.insert(0, "displacement_mm", [step.travel_mm for step in steps])
+    recorded = test.machine.displacement(curve["displacement_mm"], curve["force_N"])
+    curve.insert(1, "recorded_displacement_mm", recorded)
     curve["newton_iterations"] = [step.iterations for step in steps]
     curve["friction_work_Nmm"] = curve["friction_work_Nmm"].cumsum()
     mean_force = curve["force_N"].rolling(2).mean().fillna(0.0)

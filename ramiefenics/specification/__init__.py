@@ -3,7 +3,7 @@
 from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
-from ramiefenics.specification.fixture import Fixture, Friction, Protocol
+from ramiefenics.specification.fixture import Fixture, Friction, Machine, Protocol
 from ramiefenics.specification.material import Closure, Elastic, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
 from ramiefenics.specification.numerics import ContactMethod, Numerics, Stepping
@@ -18,6 +18,7 @@ __all__ = [
     "Fixture",
     "Friction",
     "Layer",
+    "Machine",
     "Material",
     "MeshRecipe",
     "Numerics",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ramiefenics.specification.checks import check_choice, check_instance
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.fixture import Fixture, Protocol
+from ramiefenics.specification.fixture import Fixture, Machine, Protocol
 from ramiefenics.specification.numerics import Numerics
 from ramiefenics.specification.stalk import Stalk
 
@@ -23,6 +23,8 @@ class BendingTest:
         What is bent.
     fixture
         What bends it.
+    machine
+        What adds to the displacement that is measured; the stalk does not feel it.
     protocol
         How far.
     law
@@ -35,6 +37,7 @@ class BendingTest:
 
     stalk: Stalk
     fixture: Fixture = field(default_factory=Fixture)
+    machine: Machine = field(default_factory=Machine)
     protocol: Protocol = field(default_factory=Protocol)
     law: str = "saturating_fibre"
     numerics: Numerics = field(default_factory=Numerics)
@@ -44,6 +47,7 @@ class BendingTest:
         for name, cls in (
             ("stalk", Stalk),
             ("fixture", Fixture),
+            ("machine", Machine),
             ("protocol", Protocol),
             ("numerics", Numerics),
         ):
@@ -53,6 +57,12 @@ class BendingTest:
         if span >= length:
             raise SpecificationError(
                 "fixture.span_mm", span, f"must be below the specimen's length {length:g} mm"
+            )
+        if self.stalk.taper != 0.0 and self.numerics.domain == "quarter":
+            raise SpecificationError(
+                "numerics.domain",
+                "quarter",
+                "must be half or full for a stalk with taper, which has no symmetry along Z",
             )
         radii = self.fixture.indenter_radius_mm + self.fixture.support_radius_mm
         if span <= 2.0 * radii:

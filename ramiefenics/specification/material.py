@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,9 @@ class Closure:
         How fast the section stiffens when crushed: compressed in one direction to the stretch
         lambda, its tangent gains about this multiple of ``(ln lambda)^2``, as a cellular solid
         that closes its cells (Gibson and Ashby 1997).
+    fibre_damage
+        Share of the fibres' stress that is lost at a tensile strain of 0.05, by an energy limiter
+        (Volokh 2007); none by default. Unloading is elastic: for monotonic loading only.
     """
 
     fibre_strength: float = 0.1
@@ -143,6 +146,7 @@ class Closure:
     shear_yield_strain: float = 0.05
     shear_residual_tangent: float = 0.2
     densification: float = 12.0
+    fibre_damage: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -158,6 +162,7 @@ class Closure:
         check_number(self, "fibre_residual_tangent", at_least=0.0)
         check_number(self, "shear_yield_strain", above=0.0)
         check_number(self, "densification", at_least=0.0)
+        check_number(self, "fibre_damage", at_least=0.0, below=1.0)
 
 
 @dataclass(frozen=True)
@@ -183,3 +188,10 @@ class Material:
         check_instance(self, "elastic", Elastic)
         check_instance(self, "closure", Closure)
         check_number(self, "density_g_per_cm3", above=0.0, unit="g/cm3")
+
+    def scaled(self, factor: float) -> Material:
+        """Return the material with all moduli that many times as large."""
+        names = ("E_X_MPa", "E_Z_MPa", "G_XZ_MPa", "G_XY_MPa")
+        values = {name: getattr(self.elastic, name) for name in names}
+        changed = {name: value * factor for name, value in values.items() if value is not None}
+        return replace(self, elastic=replace(self.elastic, **changed)) if factor != 1.0 else self

@@ -25,7 +25,7 @@ class MeshRecipe:
     order
         Polynomial order of displacement and geometry, 1 or 2.
     angular_elements
-        Elements along half the circumference; even.
+        Elements along half the circumference; even, with a solid core the next multiple of four.
     wall_elements
         Elements through the layers inside the outermost one, shared out by thickness, at least
         one each (a solid core is cut by its own block on top of it).
@@ -41,8 +41,7 @@ class MeshRecipe:
         Largest element length along Z.
     bore_growth, side_growth
         Ratio of an element to the one before, going outward from the bore through each layer, and
-        from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom. Hollow
-        stalks only.
+        from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom.
     serendipity
         Leave out the displacement's nodes inside faces and cells: 20 instead of 27 per cell of
         order 2.

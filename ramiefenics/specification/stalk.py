@@ -39,7 +39,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class Stalk:
-    """A straight specimen of constant section.
+    """A straight specimen.
 
     Attributes
     ----------
@@ -49,11 +49,25 @@ class Stalk:
         Diameter of the pith void; 0 for a solid core.
     layers
         From the inside out.
+    taper
+        Loss of outer diameter per length along Z; the section stays similar to itself.
+    measured_at_mm
+        Z of the section that has the given diameters, 0 at midspan.
+    position_mm
+        Where on the plant midspan was, for instance its height above ground.
+    stiffness_gradient_per_m
+        Relative change of all moduli of all layers per metre of `position_mm`; the given ones are
+        those at 0. Within the specimen they are those of midspan: to first order the force does
+        not depend on what is stiffer on one side and softer on the other.
     """
 
     length_mm: float
     void_diameter_mm: float
     layers: tuple[Layer, ...]
+    taper: float = 0.0
+    measured_at_mm: float = 0.0
+    position_mm: float = 0.0
+    stiffness_gradient_per_m: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -77,10 +91,31 @@ class Stalk:
             names.add(layer.name)
             inner = layer.outer_diameter_mm
             inside = f"layers.{layer.name}.outer_diameter_mm"
+        for name in ("taper", "measured_at_mm", "position_mm", "stiffness_gradient_per_m"):
+            check_number(self, name)
+        if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
+            raise SpecificationError(
+                "taper", self.taper, "must leave a tenth of the diameter at either end"
+            )
+        if self.stiffness_factor <= 0.0:
+            raise SpecificationError(
+                "stiffness_gradient_per_m",
+                self.stiffness_gradient_per_m,
+                f"must leave positive moduli at position_mm = {self.position_mm:g}",
+            )
+
+    def scale_at(self, z_mm: float) -> float:
+        """Return the diameters at Z over the given ones."""
+        return 1.0 - self.taper * (z_mm - self.measured_at_mm) / self.outer_diameter_mm
+
+    @property
+    def stiffness_factor(self) -> float:
+        """The moduli at midspan over the given ones."""
+        return 1.0 + self.stiffness_gradient_per_m * self.position_mm / 1000.0
 
     @property
     def outer_diameter_mm(self) -> float:
-        """Diameter of the stalk."""
+        """Diameter of the stalk where it was measured."""
         return self.layers[-1].outer_diameter_mm
 
     @property

@@ -7,7 +7,8 @@ With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
   strains alone;
 - fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``: the second term carries the Poisson coupling.
   Linear in tension; in compression the stress saturates,
-  ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``;
+  ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``. Damage limits the energy (Volokh 2007):
+  ``Psi / (1 + c Psi)``, so that the stress falls by the factor ``(1 + c Psi)^-2``;
 - axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
   quadratic in C_13 it does not weaken when the layer is crushed. The shear stress saturates:
@@ -32,6 +33,12 @@ import ufl
 from ramiefenics.model.laws.base import Expr, Law, stiffness_entries
 from ramiefenics.specification import Material, SpecificationError
 
+NO_FIBRES = 1e-9
+"""Axial stiffness, over C33, below which a layer has no fibres, as an isotropic foam."""
+
+DAMAGE_STRAIN = 0.05
+"""Tensile strain to which `Closure.fibre_damage` refers."""
+
 
 def _parameters(material: Material) -> dict[str, float]:
     c11, c12, c13, c33 = stiffness_entries(material.elastic)
@@ -41,7 +48,10 @@ def _parameters(material: Material) -> dict[str, float]:
     ratio = (c13 - c12) / axial if axial > 0 else 0.0
     tangent = axial / (1 - ratio)
     closure = material.closure
-    if closure.fibre_residual_tangent * g_xz >= tangent:
+    residual, strength = closure.fibre_residual_tangent * g_xz, closure.fibre_strength * g_xz
+    if abs(axial) <= NO_FIBRES * c33:
+        ratio, tangent, residual, strength = 0.0, NO_FIBRES * c33, 0.0, NO_FIBRES * c33
+    if residual >= tangent:
         raise SpecificationError(
             "closure.fibre_residual_tangent",
             closure.fibre_residual_tangent,
@@ -52,8 +62,9 @@ def _parameters(material: Material) -> dict[str, float]:
         "lambda": c12 - tangent * ratio**2,
         "r": ratio,
         "k": tangent,
-        "s_c": closure.fibre_strength * g_xz,
-        "h": closure.fibre_residual_tangent * g_xz,
+        "s_c": strength,
+        "h": residual,
+        "c": ((1 - closure.fibre_damage) ** -0.5 - 1) / (tangent * DAMAGE_STRAIN**2 / 2),
         "R": closure.shear_residual_tangent,
         "gamma_Y": closure.shear_yield_strain,
         "d": closure.densification,
@@ -92,7 +103,8 @@ def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
     x = drop * abs(e) / p["s_c"]
     log_cosh = x + ufl.ln((1 + ufl.exp(-2 * x)) / 2)  # does not overflow, unlike cosh
     compression = p["h"] / 2 * e**2 + p["s_c"] ** 2 / drop * log_cosh
-    return ufl.conditional(ufl.ge(e, 0), p["k"] / 2 * e**2, compression)
+    elastic = ufl.conditional(ufl.ge(e, 0), p["k"] / 2 * e**2, compression)
+    return elastic / (1 + p["c"] * elastic)
 
 
 SATURATING_FIBRE = Law("saturating_fibre", _parameters, _energy)

@@ -1,0 +1,224 @@
+"""Measured and simulated curves on the same displacements, and derivatives of the latter."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import Akima1DInterpolator
+
+from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.factors import Factor, apply_factors
+from ramiefenics.discovery.runs import Runs, Task
+from ramiefenics.effects import Effect
+from ramiefenics.measured import Dataset, Specimen
+from ramiefenics.specification import BendingTest, Machine, SpecificationError
+
+POINTS = 28
+"""Displacements at which curves are compared: noise is correlated over about one such interval."""
+
+DERIVATIVE_SHARE = 0.25
+"""Step, over the typical amplitude, of an effect's derivative at an amplitude other than zero."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Measured curves, reduced.
+
+    Attributes
+    ----------
+    at_mm
+        Displacements, shape (m,).
+    force_N
+        Shape (n, m) for n specimens.
+    peak_N
+        Largest measured force of each specimen, to which its noise refers, shape (n,).
+    """
+
+    at_mm: Array
+    force_N: Array
+    peak_N: Array
+
+
+def observe(dataset: Dataset) -> Observed:
+    """Reduce measured curves: a straight line through the points around each displacement."""
+    low, high = dataset.range_mm
+    at = low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS
+    half = (high - low) / POINTS / 2.0
+    force = np.array([[_level(s.curve, d, half) for d in at] for s in dataset.specimens])
+    return Observed(at, force, force.max(axis=1))
+
+
+def _level(curve: pd.DataFrame, at: float, half: float) -> float:
+    travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    near = np.abs(travel - at) <= half
+    if near.sum() >= 4 and np.ptp(travel[near]) > half / 2.0:
+        return float(np.polynomial.Polynomial.fit(travel[near] - at, force[near], 1)(0.0))
+    return float(np.interp(at, travel, force))
+
+
+@dataclass(frozen=True)
+class Model:
+    """A point around which curves are linearised.
+
+    Attributes
+    ----------
+    factors
+        What is fitted.
+    log_factors
+        Their values.
+    effect, amplitude
+        What has been added to the baseline, if anything.
+    """
+
+    factors: tuple[Factor, ...]
+    log_factors: tuple[float, ...]
+    effect: Effect | None = None
+    amplitude: float = 0.0
+
+    def test(self, test: BendingTest, amplitude: float | None = None) -> BendingTest:
+        """Return a specimen's specification according to this model."""
+        test = apply_factors(test, self.factors, self.log_factors)
+        if self.effect is None:
+            return test
+        return self.effect.apply(test, self.amplitude if amplitude is None else amplitude)
+
+    def moved(self, steps: Array, amplitude: float = 0.0) -> Model:
+        """Return the model with its log factors changed, and another amplitude."""
+        values = tuple(float(a + b) for a, b in zip(self.log_factors, steps, strict=True))
+        return dataclasses.replace(self, log_factors=values, amplitude=amplitude)
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Predictions of a model and how they change; forces in N, n specimens, m displacements.
+
+    Attributes
+    ----------
+    model
+        Which.
+    force
+        Predicted, shape (n, m).
+    by_factors
+        Derivatives by the log factors, shape (n, k, m).
+    by_effect
+        Derivative by the amplitude, per unit of it, shape (n, m); None without effect.
+    """
+
+    model: Model
+    force: Array
+    by_factors: Array
+    by_effect: Array | None
+
+
+class Simulator:
+    """Predicts what a data set's machine records.
+
+    Parameters
+    ----------
+    dataset
+        Specimens and range.
+    at_mm
+        Displacements.
+    runs
+        Does the simulations.
+    """
+
+    def __init__(self, dataset: Dataset, at_mm: Array, runs: Runs) -> None:
+        self._specimens = dataset.specimens
+        self._at = at_mm
+        self._runs = runs
+
+    def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> Task:
+        travel = float(self._at[-1])
+        protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
+        return Task(dataclasses.replace(test, protocol=protocol), factors)
+
+    def linearise(self, model: Model) -> Linearised:
+        """Simulate every specimen of a baseline with derivatives."""
+        tests = [model.test(specimen.test) for specimen in self._specimens]
+        curves = self._runs.curves([self._task(test, model.factors) for test in tests])
+        slopes = [
+            [self._slope(t, c, f.name) for f in model.factors]
+            for t, c in zip(tests, curves, strict=True)
+        ]
+        return Linearised(model, self._predictions(tests, curves), np.array(slopes), None)
+
+    def follow(self, last: Linearised, model: Model) -> Linearised:
+        """Simulate a neighbouring model, and take the derivatives from the last one.
+
+        Those by log factors stay in proportion to the force; one by a new effect is a difference.
+        """
+        tests = [model.test(specimen.test) for specimen in self._specimens]
+        beside, step = [], 0.0
+        if model.effect is not None and last.model.effect is not model.effect:
+            step = _step(model.effect, model.amplitude)
+            beside = [model.test(s.test, model.amplitude + step) for s in self._specimens]
+        curves = self._runs.curves([self._task(test) for test in tests + beside])
+        force = self._predictions(tests, curves[: len(tests)])
+        by_effect = last.by_effect
+        if beside:
+            by_effect = (self._predictions(beside, curves[len(tests) :]) - force) / step
+        ratio = force / np.where(last.force > 0.0, last.force, np.inf)
+        return Linearised(model, force, last.by_factors * ratio[:, None], by_effect)
+
+    def signature(self, base: Linearised, effect: Effect) -> Array:
+        """Return the change of every curve by the effect's typical amplitude, per unit of it.
+
+        Raises
+        ------
+        SpecificationError
+            If the effect has no meaning for a specimen, or a simulation does not reach the end.
+        """
+        model = dataclasses.replace(base.model, effect=effect)
+        tests = [model.test(s.test, effect.typical) for s in self._specimens]
+        curves = self._runs.curves([self._task(test) for test in tests])
+        return (self._predictions(tests, curves) - base.force) / effect.typical
+
+    def on_meshes(self, base: Linearised, index: int, meshes: Sequence[BendingTest]) -> Array:
+        """Return one specimen's relative change of force on other meshes, shape (meshes, m)."""
+        curves = self._runs.curves([self._task(test) for test in meshes])
+        return self._predictions(meshes, curves) / base.force[index] - 1.0
+
+    def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
+        return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])
+
+    def _slope(self, test: BendingTest, curve: pd.DataFrame, name: str) -> Array:
+        small = 1e-3
+        moved = curve.assign(force_N=curve["force_N"] + small * curve[name])
+        return (recorded(test, moved, self._at) - recorded(test, curve, self._at)) / small
+
+
+def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
+    """Return the force at displacements of the machine, N.
+
+    Raises
+    ------
+    SpecificationError
+        If the simulated curve ends before.
+    """
+    machine: Machine = test.machine
+    force = curve["force_N"].to_numpy()
+    displacement = machine.displacement(curve["displacement_mm"].to_numpy(), force)
+    if displacement[-1] < at_mm[-1] - 1e-9:
+        allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
+        raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)
+    inside = np.minimum(at_mm, displacement[-1])
+    found = Akima1DInterpolator(displacement, force)(inside)
+    return np.where(at_mm <= displacement[0], 0.0, found)
+
+
+def _step(effect: Effect, amplitude: float) -> float:
+    """Return a step of the amplitude that stays within the bounds."""
+    step = DERIVATIVE_SHARE * effect.typical
+    low, high = effect.bounds
+    return step if low <= amplitude + step <= high else -step
+
+
+def reference_specimen(specimens: Sequence[Specimen]) -> int:
+    """Return the index of the specimen of median diameter."""
+    diameters = [specimen.test.stalk.outer_diameter_mm for specimen in specimens]
+    return int(np.argsort(diameters)[len(diameters) // 2])

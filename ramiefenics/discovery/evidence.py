@@ -1,0 +1,250 @@
+"""How probable measured curves are under a model: one Gaussian for all curves of all specimens.
+
+Residuals, over each specimen's peak force, stacked for all specimens, are taken as
+
+    r = a g + J (d + b_s) + D c + e_s
+
+with g the effect's signature and a its amplitude; J the derivatives by the fitted log factors, d
+their common correction, b_s what a specimen's own material deviates by (sd tau, the same for all
+factors); D what the simulator may be wrong by, the same way in all specimens (`nuisance`); e_s the
+noise, of sd sigma and correlation exp(-|x - x'| / l). All but a are Gaussian and integrated out
+(a linear mixed model: Laird and Ware 1982); tau, sigma and l maximise the likelihood on a grid.
+The common parts bind the specimens together: it is their number, not that of points, that counts.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]
+
+FACTOR_SD = 0.3
+"""Prior of the common correction of a log factor: moduli are known to about 30 %."""
+
+SCATTER = (0.0, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.25)
+"""Grid of tau, a specimen's own log factors."""
+
+NOISE = tuple(0.001 * 2.0 ** (k / 2.0) for k in range(14))
+"""Grid of sigma, over the peak force: 0.1 to 9 %."""
+
+LENGTH_SHARE = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
+"""Grid of l, over the range of displacement."""
+
+
+WHITE = 0.05
+"""Part of the noise, over its sd, that is not correlated at all."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Standard deviations and the length of correlation.
+
+    Attributes
+    ----------
+    tau
+        Of a specimen's own log factors.
+    sigma
+        Of the noise, over the peak force.
+    length
+        Over which noise is correlated, as a share of the range.
+    """
+
+    tau: float
+    sigma: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best amplitudes for one signature, or none.
+
+    Attributes
+    ----------
+    log_likelihood
+        At the maximum.
+    amplitude, error
+        With its standard deviation.
+    scatter
+        Where the maximum is.
+    """
+
+    log_likelihood: float
+    amplitude: float
+    error: float
+    scatter: Scatter
+
+
+class Evidence:
+    """Likelihood of residuals; everything over each specimen's peak force.
+
+    Parameters
+    ----------
+    residual
+        Measured minus predicted, shape (n, m).
+    by_factors
+        J, shape (n, k, m).
+    nuisance
+        D for deviations of unit prior, shape (n, q, m).
+    """
+
+    def __init__(self, residual: Array, by_factors: Array, nuisance: Array) -> None:
+        self.residual = residual[..., None]
+        self._J = by_factors
+        common = np.concatenate([FACTOR_SD * by_factors, nuisance], axis=1)
+        self._common = common.transpose(0, 2, 1)
+        where = np.arange(residual.shape[1]) / residual.shape[1]
+        self._distance = np.abs(where[:, None] - where)
+
+    def with_nuisance(self, columns: Array) -> Evidence:
+        """Return the evidence with more nuisance, shape (n, q, m)."""
+        nuisance = self._common.transpose(0, 2, 1)[:, self._J.shape[1] :]
+        together = np.concatenate([nuisance, columns], axis=1)
+        return Evidence(self.residual[..., 0], self._J, together)
+
+    def fit(self, signature: Array | None = None, limits: tuple[float, float] = (0, 0)) -> Fit:
+        """Return the best fit with a signature, shape (n, m), or without any."""
+        grid = all_scatters()
+        g = np.zeros(self.residual.shape[:2]) if signature is None else signature
+        likelihoods, amplitudes, squares = self.likelihoods(grid, g[None], [limits], self.residual)
+        best = int(likelihoods[:, 0, 0].argmax())
+        error = float(squares[best, 0]) ** -0.5 if squares[best, 0] > 0.0 else 0.0
+        amplitude = float(amplitudes[best, 0, 0])
+        return Fit(float(likelihoods[best, 0, 0]), amplitude, error, grid[best])
+
+    def likelihoods(
+        self,
+        scatters: Sequence[Scatter],
+        signatures: Array,
+        limits: Sequence[tuple[float, float]],
+        residuals: Array,
+    ) -> tuple[Array, Array, Array]:
+        """Fit every signature to residuals with every scatter.
+
+        Parameters
+        ----------
+        scatters
+            Which to try, S of them.
+        signatures, limits
+            Shape (E, n, m); least and largest amplitude of each.
+        residuals
+            B sets of data, shape (n, m, B).
+
+        Returns
+        -------
+        tuple
+            Log-likelihoods and amplitudes, shape (S, E, B); for each signature the inverse of the
+            amplitude's variance, shape (S, E).
+        """
+        number = len(signatures)
+        vectors = np.concatenate([signatures.transpose(1, 2, 0), residuals], axis=2)
+        shape = (len(scatters), number, residuals.shape[2])
+        likelihoods, amplitudes = np.empty(shape), np.empty(shape)
+        squares = np.empty(shape[:2])
+        low, high = np.array(limits, dtype=float).T[..., None]
+        for index, scatter in enumerate(scatters):
+            own, common, volume = self._reduce(scatter)
+            flat, onto = self._project(own, common, vectors)
+            x, y = flat[:, :number], flat[:, number:]
+            u, v = onto[:, :number], onto[:, number:]
+            square = (x**2).sum(axis=0) - (u**2).sum(axis=0)
+            product = x.T @ y - u.T @ v
+            rest = (y**2).sum(axis=0) - (v**2).sum(axis=0)
+            a = np.clip(product / np.maximum(square, 1e-300)[:, None], low, high)
+            likelihoods[index] = a * product - 0.5 * a**2 * square[:, None] - 0.5 * rest - volume
+            amplitudes[index], squares[index] = a, square
+        return likelihoods, amplitudes, squares
+
+    def products(self, scatter: Scatter, vectors: Array) -> Array:
+        """Return all products of vectors, shape (E, n, m), by the inverse covariance."""
+        own, common, _ = self._reduce(scatter)
+        flat, onto = self._project(own, common, vectors.transpose(1, 2, 0))
+        return np.asarray(flat.T @ flat - onto.T @ onto)
+
+    def common_correction(self, fit: Fit, signature: Array | None = None) -> Array:
+        """Return the expected correction of the log factors, shape (k,)."""
+        return FACTOR_SD * self._common_deviations(fit, signature)[: self._J.shape[1]]
+
+    def _common_deviations(self, fit: Fit, signature: Array | None) -> Array:
+        data = (
+            self.residual
+            if signature is None
+            else self.residual - fit.amplitude * signature[..., None]
+        )
+        own, common, _ = self._reduce(fit.scatter)
+        white = np.linalg.solve(own, data)[..., 0]
+        return _posterior(
+            np.einsum("nmq,nmp->qp", common, common), np.einsum("nmq,nm->q", common, white)
+        )
+
+    def left_out(self, fit: Fit, signature: Array | None = None) -> Array:
+        """Predict each specimen's residual from all others, shape (n, m), given the scatter."""
+        own, common, _ = self._reduce(fit.scatter)
+        g = np.zeros_like(self.residual) if signature is None else signature[..., None]
+        white = np.linalg.solve(own, np.concatenate([g, self.residual], axis=2))
+        gram = np.einsum("nmq,nmp->nqp", common, common)
+        onto = np.einsum("nmq,nmc->nqc", common, white)
+        plain = np.einsum("nma,nmb->nab", white, white)
+        predicted = np.zeros(self.residual.shape[:2])
+        for s in range(len(predicted)):
+            rest = np.arange(len(predicted)) != s
+            inner, both = gram[rest].sum(axis=0), onto[rest].sum(axis=0)
+            solved = _posterior(inner, both)
+            products = plain[rest].sum(axis=0) - both.T @ solved
+            a = 0.0 if signature is None else products[0, 1] / products[0, 0]
+            weights = solved[:, 1] - a * solved[:, 0]
+            predicted[s] = a * g[s, :, 0] + self._common[s] @ weights
+        return predicted
+
+    def explained(self, fit: Fit, signature: Array | None = None) -> Array:
+        """Return the part of the residual that is common to all specimens, shape (n, m)."""
+        part = np.zeros(self.residual.shape[:2])
+        if signature is not None:
+            part += fit.amplitude * signature
+        return part + self._common @ self._common_deviations(fit, signature)
+
+    def draw(self, scatter: Scatter, number: int, rng: np.random.Generator) -> Array:
+        """Return random residuals without any effect, shape (n, m, number)."""
+        own, _, _ = self._reduce(scatter)
+        noise = own @ rng.standard_normal((*self.residual.shape[:2], number))
+        return noise + self._common @ rng.standard_normal((self._common.shape[2], number))
+
+    def _reduce(self, scatter: Scatter) -> tuple[Array, Array, float]:
+        """Return what the inverse of the covariance needs.
+
+        That is the root of every specimen's own part, the common columns whitened by it, and half
+        the logarithm of the determinant of the whole.
+        """
+        noise = np.exp(-self._distance / scatter.length) + WHITE**2 * np.eye(len(self._distance))
+        own = scatter.sigma**2 * noise + scatter.tau**2 * np.einsum(
+            "nki,nkj->nij", self._J, self._J
+        )
+        root = np.linalg.cholesky(own)
+        common = np.linalg.solve(root, self._common)
+        inner = np.eye(common.shape[2]) + np.einsum("nmq,nmp->qp", common, common)
+        volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum()
+        return root, common, float(volume + 0.5 * np.linalg.slogdet(inner)[1])
+
+    @staticmethod
+    def _project(own: Array, common: Array, vectors: Array) -> tuple[Array, Array]:
+        """Return whitened vectors, shape (n m, columns), and what the common columns take."""
+        white = np.linalg.solve(own, vectors).reshape(-1, vectors.shape[2])
+        flat = common.reshape(len(white), -1)
+        root = np.linalg.cholesky(np.eye(flat.shape[1]) + flat.T @ flat)
+        return np.asarray(white), np.asarray(np.linalg.solve(root, flat.T @ white))
+
+
+def _posterior(gram: Array, onto: Array) -> Array:
+    """Return the expected deviations of unit prior, given products of their columns with data."""
+    return np.asarray(np.linalg.solve(np.eye(len(gram)) + gram, onto))
+
+
+def all_scatters(length: float | None = None) -> list[Scatter]:
+    """Return the grid, or the part of it with that length of correlation."""
+    lengths = LENGTH_SHARE if length is None else (length,)
+    return [Scatter(*values) for values in itertools.product(SCATTER, NOISE, lengths)]

@@ -1,0 +1,98 @@
+"""What is fitted before anything is suspected: common factors on numbers of the specification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification.files import to_dict
+
+DIRECTIONS = {
+    "axial": ("E_Z_MPa", "G_XZ_MPa"),
+    "transverse": ("E_X_MPa", "G_XY_MPa"),
+}
+"""Elastic constants of a layer that a factor named ``layer.direction`` multiplies."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A common factor on one or more numbers of the specification.
+
+    Attributes
+    ----------
+    name
+        As in ``[fit]``.
+    keys
+        Their dotted keys.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+
+    TYPICAL: ClassVar[float] = 0.1
+    """A change of its logarithm that matters."""
+
+    def apply(self, test: BendingTest, log_factor: float) -> BendingTest:
+        """Return the specification with these numbers times ``exp(log_factor)``."""
+        scale = math.exp(log_factor)
+        return override(test, [f"{k}={scale * _number(test, k, self.name)!r}" for k in self.keys])
+
+
+def factors(test: BendingTest, names: Sequence[str] = ()) -> tuple[Factor, ...]:
+    """Return the factors of those names; by default axial and transverse ones of every layer.
+
+    Parameters
+    ----------
+    test
+        A specification that has all that is named.
+    names
+        Each ``layer.axial``, ``layer.transverse`` or a dotted key of the specification.
+
+    Raises
+    ------
+    SpecificationError
+        If a name is none of these.
+    """
+    layers = [layer.name for layer in test.stalk.layers]
+    names = names or [f"{layer}.{direction}" for layer in layers for direction in DIRECTIONS]
+    found = []
+    for name in names:
+        layer, _, direction = name.partition(".")
+        keys: tuple[str, ...] = (name,)
+        if layer in layers and direction in DIRECTIONS:
+            elastic = f"stalk.layers.{layer}.material.elastic"
+            keys = tuple(f"{elastic}.{constant}" for constant in DIRECTIONS[direction])
+            keys = tuple(key for key in keys if _find(test, key) is not None)
+        for key in keys:
+            _number(test, key, name)
+        found.append(Factor(name, keys))
+    return tuple(found)
+
+
+def apply_factors(
+    test: BendingTest, used: Sequence[Factor], log_factors: Iterable[float]
+) -> BendingTest:
+    """Return a specification with all factors applied."""
+    for factor, log_factor in zip(used, log_factors, strict=True):
+        test = factor.apply(test, float(log_factor))
+    return test
+
+
+def _find(test: BendingTest, key: str) -> object:
+    data = to_dict(test)
+    for part in key.split("."):
+        if isinstance(data, list):
+            data = {entry["name"]: entry for entry in data}
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
+
+
+def _number(test: BendingTest, key: str, name: str) -> float:
+    value = _find(test, key)
+    if not isinstance(value, float):
+        allowed = "must be layer.axial, layer.transverse, or the key of a number"
+        raise SpecificationError("fit", name, allowed)
+    return value

@@ -1,0 +1,151 @@
+"""Many simulations on all cores, each kept by the content of its specification."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import io
+import json
+import os
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import dolfinx
+import joblib
+import pandas as pd
+
+from ramiefenics.discovery.factors import Factor
+from ramiefenics.model.jit import CACHE
+from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
+from ramiefenics.specification.files import to_dict
+
+RUNS = CACHE.parent / "runs"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A simulation to do.
+
+    Attributes
+    ----------
+    test
+        What to simulate. Its machine does not matter.
+    factors
+        By which to differentiate the curve.
+    """
+
+    test: BendingTest
+    factors: tuple[Factor, ...] = ()
+
+    def key(self) -> str:
+        """Return a name for what comes out: of the specification, the program and its solver."""
+        content = [to_dict(_bare(self.test)), [to_dict(factor) for factor in self.factors]]
+        text = json.dumps([content, _program()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+class Runs:
+    """Does tasks, two at a time on two cores, unless they have been done before.
+
+    Parameters
+    ----------
+    folder
+        Where curves are kept, `RUNS` by default.
+    workers
+        Processes; one per core by default.
+    on_done
+        Called with the number of tasks done since the last call.
+
+    Attributes
+    ----------
+    asked, simulated
+        Tasks so far; those of them that had not been done before.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None = None,
+        workers: int | None = None,
+        on_done: Callable[[int], None] | None = None,
+    ) -> None:
+        self._folder = RUNS if folder is None else folder
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._workers = workers or len(os.sched_getaffinity(0))
+        self._on_done = on_done or (lambda number: None)
+        self.asked = self.simulated = 0
+
+    def curves(self, tasks: Sequence[Task]) -> list[pd.DataFrame]:
+        """Return the curves of tasks, in their order.
+
+        Each has ``displacement_mm`` (of the indenter), ``force_N``, and a column per factor: the
+        force's derivative by the logarithm of the factor, N.
+        """
+        keys = [task.key() for task in tasks]
+        self.asked += len(tasks)
+        left = {
+            key: task for key, task in zip(keys, tasks, strict=True) if not self._path(key).exists()
+        }
+        self._on_done(len(tasks) - len(left))
+        parallel = joblib.Parallel(self._workers, return_as="generator_unordered")
+        for task, text in parallel(joblib.delayed(run)(task) for task in left.values()):
+            for key in {task.key(), replace(task, factors=()).key()}:
+                partial = self._path(key).with_suffix(f".{os.getpid()}")
+                partial.write_text(text, encoding="utf-8")
+                partial.rename(self._path(key))  # never half a file under that name
+            self.simulated += 1
+            self._on_done(1)
+        return [pd.read_csv(self._path(key)) for key in keys]
+
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.csv"
+
+
+def run(task: Task) -> tuple[Task, str]:
+    """Do a task in this process; return it with its curve as CSV."""
+    from mpi4py import MPI
+
+    from ramiefenics.solve.sensitivity import Parameter, sensitivities
+    from ramiefenics.solve.simulate import simulate
+
+    warnings.simplefilter("ignore", SpecificationWarning)
+    test = _bare(task.test)
+    if task.factors:
+        parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in task.factors}
+        curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
+    else:
+        result = simulate(test, MPI.COMM_SELF)
+        if result.ending.kind == "interrupted":
+            raise KeyboardInterrupt
+        curve = result.curve[["displacement_mm", "force_N"]]
+    text = io.StringIO()
+    curve.to_csv(text, index=False)
+    return task, text.getvalue()
+
+
+def _bare(test: BendingTest) -> BendingTest:
+    """Return the simplest specification with the same curve."""
+    stalk = test.stalk
+    layers = tuple(
+        replace(layer, material=layer.material.scaled(stalk.stiffness_factor))
+        for layer in stalk.layers
+    )
+    stalk = replace(stalk, layers=layers, position_mm=0.0, stiffness_gradient_per_m=0.0)
+    if stalk.taper == 0.0:
+        stalk = replace(stalk, measured_at_mm=0.0)
+    numerics = replace(
+        test.numerics, acoustic_check=False, mesh=replace(test.numerics.mesh, name="")
+    )
+    return replace(test, stalk=stalk, machine=Machine(), numerics=numerics)
+
+
+@functools.cache
+def _program() -> str:
+    """Return a key of all source that a curve depends on."""
+    package = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256(dolfinx.__version__.encode())
+    for part in ("specification", "model", "solve"):
+        for path in sorted((package / part).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,162 @@
+"""Measured folders made up by simulation, with an effect in them or none."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from ramiefenics.discovery.comparison import recorded
+from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.factors import apply_factors, factors
+from ramiefenics.discovery.runs import Runs, Task
+from ramiefenics.effects import Effect
+from ramiefenics.specification import BendingTest, MeshRecipe, ramie
+
+MESH = MeshRecipe(
+    name="hidden",
+    order=1,
+    angular_elements=16,
+    wall_elements=4,
+    rind_elements=1,
+    contact_size_mm=2.0,
+    contact_zone_mm=6.0,
+    growth=0.3,
+    coarse_size_mm=10.0,
+)
+"""Another mesh, and another element order, than `discover` uses."""
+
+ROWS, TRAVEL_MM, SPEED_MM_PER_S = 281, 14.0, 1.0 / 6.0
+GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
+"""Mean and sd over the specimens, those of Tables 3 and 8."""
+
+HEIGHTS_MM = (0.0, 1200.0)
+COMMON_SD, OWN_SD = 0.1, 0.05
+"""Of the log moduli: of the batch, and of a specimen in it."""
+
+NOISE_SHARE, NOISE_LENGTH_MM, RESOLUTION_N = 0.01, 0.5, 0.1
+
+
+@dataclass(frozen=True)
+class Secret:
+    """What is in a data set.
+
+    Attributes
+    ----------
+    effect
+        None for nothing.
+    amplitude
+        In its unit.
+    """
+
+    effect: Effect | None
+    amplitude: float = 0.0
+
+    def apply(self, test: BendingTest) -> BendingTest:
+        """Return a specification with it."""
+        return test if self.effect is None else self.effect.apply(test, self.amplitude)
+
+
+def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens: int = 8) -> None:
+    """Write a measured folder: stalks like the published ones, bent by the full simulator.
+
+    Geometry and moduli scatter; the former, the specimens' place on the plant and where their
+    diameters were measured are in `specimens.csv`, the moduli are not. Noise of 1 % of the peak
+    force is correlated over half a millimetre; the load cell resolves 0.1 N.
+
+    Parameters
+    ----------
+    folder
+        To be made.
+    secret
+        What is hidden.
+    seed
+        Of everything random.
+    runs
+        Does the simulations.
+    specimens
+        Their number.
+    """
+    rng = np.random.default_rng(seed)
+    rows, tests = _stalks(rng, specimens)
+    hidden = [secret.apply(test) for test in tests]
+    curves = runs.curves([Task(test) for test in hidden])
+    at = np.linspace(0.0, TRAVEL_MM, ROWS)
+    (folder / "curves").mkdir(parents=True)
+    for row, test, curve in zip(rows, hidden, curves, strict=True):
+        force = _noisy(recorded(test, curve, at), at, rng)
+        lines = zip(at / SPEED_MM_PER_S, at, force, strict=True)
+        text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
+        _write(folder / row["curve"], ["time_s", "displacement_mm", "force_N"], text)
+    _write(folder / "specimens.csv", list(rows[0]), [list(row.values()) for row in rows])
+    (folder / "dataset.toml").write_text(tomli_w.dumps(_layout()), encoding="utf-8")
+
+
+def _stalks(
+    rng: np.random.Generator, number: int
+) -> tuple[list[dict[str, str]], list[BendingTest]]:
+    """Return rows of `specimens.csv` and true specifications, effect excluded."""
+    positions = rng.permutation(np.linspace(*HEIGHTS_MM, number))
+    ends = rng.permutation(np.resize([-90.0, 90.0], number))
+    used = factors(ramie(14.4, 7.4, 0.67))
+    batch = rng.normal(0.0, COMMON_SD, len(used))
+    rows, tests = [], []
+    for index in range(number):
+        outer, void, phloem = (round(rng.normal(*v), 2) for v in GEOMETRY_MM.values())
+        test = ramie(outer, void, phloem)
+        stalk = replace(
+            test.stalk,
+            position_mm=float(round(positions[index])),
+            measured_at_mm=float(ends[index]),
+        )
+        own = batch + rng.normal(0.0, OWN_SD, len(used))
+        test = replace(test, stalk=stalk, numerics=replace(test.numerics, mesh=MESH))
+        tests.append(apply_factors(test, used, own))
+        name = f"S{index + 1:02d}"
+        rows.append(
+            {
+                "specimen": name,
+                "outer_mm": f"{outer:.2f}",
+                "xylem_mm": f"{outer - 2 * phloem:.2f}",
+                "void_mm": f"{void:.2f}",
+                "position_mm": f"{stalk.position_mm:g}",
+                "measured_at_mm": f"{stalk.measured_at_mm:g}",
+                "curve": f"curves/{name}.csv",
+            }
+        )
+    return rows, tests
+
+
+def _noisy(force: Array, at: Array, rng: np.random.Generator) -> Array:
+    """Add correlated noise, and round to what the load cell resolves."""
+    covariance = np.exp(-np.abs(at[:, None] - at) / NOISE_LENGTH_MM)
+    noise = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(at))) @ rng.standard_normal(len(at))
+    noisy = force + NOISE_SHARE * force.max() * noise
+    return np.asarray(np.round(noisy / RESOLUTION_N) * RESOLUTION_N)
+
+
+def _layout() -> dict[str, object]:
+    return {
+        "title": "Ramie stalks in three-point bending",
+        "baseline": "table3",
+        "speed_mm_per_min": 60.0 * SPEED_MM_PER_S,
+        "fixture": {"span_mm": 100.0, "indenter_radius_mm": 5.0, "support_radius_mm": 5.0},
+        "specimens": {
+            "stalk.layers.phloem.outer_diameter_mm": "outer_mm",
+            "stalk.layers.xylem.outer_diameter_mm": "xylem_mm",
+            "stalk.void_diameter_mm": "void_mm",
+            "stalk.position_mm": "position_mm",
+            "stalk.measured_at_mm": "measured_at_mm",
+        },
+    }
+
+
+def _write(path: Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(head)
+        writer.writerows(rows)

@@ -1,0 +1,83 @@
+"""What an effect is: a function from specification to specification, and what is known of it."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramiefenics.specification import BendingTest, SpecificationError
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Something that real stalks or machines have, and the baseline has not.
+
+    Attributes
+    ----------
+    name
+        One word.
+    physics
+        What it is, one sentence.
+    reference
+        Where that is described.
+    unit
+        Of the amplitude; ``1`` for a pure number.
+    bounds
+        Least and largest amplitude that makes sense.
+    typical
+        An amplitude that is commonly met; within the bounds, not zero.
+    apply
+        From a specification and an amplitude to the specification with the effect; the same
+        specification if the amplitude is zero. Raises `SpecificationError` where the effect has
+        no meaning.
+    """
+
+    name: str
+    physics: str
+    reference: str
+    unit: str
+    bounds: tuple[float, float]
+    typical: float
+    apply: Callable[[BendingTest, float], BendingTest]
+
+    def __post_init__(self) -> None:
+        """Check name and amplitudes."""
+        if not self.name.isidentifier():
+            raise SpecificationError("effect.name", self.name, "must be one word")
+        low, high = self.bounds
+        if not low <= 0.0 <= high or low == high:
+            allowed = "must be a lower and an upper limit with zero between them or on one"
+            raise SpecificationError(f"effect {self.name}.bounds", self.bounds, allowed)
+        if self.typical == 0.0 or not low <= self.typical <= high:
+            raise SpecificationError(
+                f"effect {self.name}.typical", self.typical, "must be within the bounds, not zero"
+            )
+
+
+def load_effects(path: str | Path) -> dict[str, Effect]:
+    """Run a Python file, and return the effects that it defines at its top level, by name.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such file, it does not run, or it defines none.
+    """
+    path = Path(path)
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise SpecificationError("effects", str(path), "must be a Python file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except SpecificationError:
+        raise
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise SpecificationError("effects", str(path), f"does not run ({reason})") from error
+    found = [value for value in vars(module).values() if isinstance(value, Effect)]
+    if not found:
+        allowed = "must define at least one ramiefenics.Effect at its top level"
+        raise SpecificationError("effects", str(path), allowed)
+    return {effect.name: effect for effect in found}

@@ -1,0 +1,26 @@
+"""The stalk grows thinner along its length."""
+
+from dataclasses import replace
+
+from ramiefenics.effects.base import Effect
+from ramiefenics.specification import BendingTest
+
+
+def _apply(test: BendingTest, amplitude: float) -> BendingTest:
+    if amplitude == 0.0:
+        return test
+    stalk = replace(test.stalk, taper=test.stalk.taper + amplitude)
+    domain = "half" if test.numerics.domain == "quarter" else test.numerics.domain
+    return replace(test, stalk=stalk, numerics=replace(test.numerics, domain=domain))
+
+
+TAPER = Effect(
+    name="taper",
+    physics="The stalk's diameters fall linearly along it; where they were not measured at midspan "
+    "(stalk.measured_at_mm), the loaded section is another one.",
+    reference="Robertson, Julias, Lee and Cook 2017, Crop Science 57, 926-934",
+    unit="mm/mm",
+    bounds=(-0.02, 0.02),
+    typical=0.005,
+    apply=_apply,
+)

@@ -1,0 +1,104 @@
+"""The folder of a discovery: verdict, extended specification, figures, report."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from scipy.stats import t as student
+
+from ramiefenics.discovery import Discovery
+from ramiefenics.results.discovery_figures import (
+    left_out_figure,
+    residual_figure,
+    suspects_figure,
+)
+from ramiefenics.results.discovery_report import report
+from ramiefenics.results.manifest import versions
+from ramiefenics.specification import write_test
+from ramiefenics.specification.files import to_dict
+
+
+def write_discovery(found: Discovery, folder: str | Path) -> Path:
+    """Write ``verdict.json``, ``baseline.toml``, ``extended.toml``, figures and ``report.html``.
+
+    ``extended.toml`` is there if a cause was named. Files of an earlier run are replaced; nothing
+    appears half-written.
+
+    Returns
+    -------
+    Path
+        The folder; made if it does not exist.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    verdict = summarise_discovery(found)
+    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
+        draft = Path(name)
+        (draft / "verdict.json").write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
+        write_test(found.baseline_test(), draft / "baseline.toml")
+        if found.verdict == "cause":
+            write_test(found.extended_test(), draft / "extended.toml")
+        residual_figure(found).savefig(draft / "residual.png")
+        suspects_figure(found).savefig(draft / "suspects.png")
+        left_out_figure(found).savefig(draft / "left_out.png")
+        pictures = [draft / f"{stem}.png" for stem in ("residual", "suspects", "left_out")]
+        (draft / "report.html").write_text(report(found, verdict, pictures), encoding="utf-8")
+        (folder / "extended.toml").unlink(missing_ok=True)
+        for made in sorted(draft.iterdir()):
+            shutil.move(made, folder / made.name)
+    return folder
+
+
+def summarise_discovery(found: Discovery) -> dict[str, Any]:
+    """Return the verdict, its numbers and the manifest, ready for JSON."""
+    number = len(found.dataset.specimens)
+    wide = float(student.ppf(0.975, number - 1))  # the specimen is the unit
+    amplitudes = {}
+    for name in found.causes:
+        score, effect = found.scores[name], found.effects[name]
+        low, high = effect.bounds
+        amplitudes[name] = {
+            "value": score.amplitude,
+            "interval": [
+                max(score.amplitude - wide * score.error, low),
+                min(score.amplitude + wide * score.error, high),
+            ],
+            "unit": effect.unit,
+        }
+    fitted = found.baseline if found.extended is None else found.extended
+    gain = found.gain
+    return {
+        "verdict": found.verdict,
+        "causes": list(found.causes),
+        "amplitudes": amplitudes,
+        "explained": found.explained,
+        "p_value": found.p_value,
+        "misfit_p_value": found.misfit_p_value,
+        "gain": None
+        if gain is None
+        else {
+            "rmse_before": gain.rmse_before_N,
+            "rmse_after": gain.rmse_after_N,
+            "ratio": gain.ratio,
+            "interval": list(gain.interval),
+        },
+        "scores": {name: dataclasses.asdict(score) for name, score in found.scores.items()},
+        "confusable_with": list(found.confusable_with),
+        "log_factors": {
+            factor.name: float(value)
+            for factor, value in zip(fitted.curves.model.factors, fitted.log_factors, strict=True)
+        },
+        "scatter": dataclasses.asdict(fitted.fit.scatter),
+        "specimens": [specimen.name for specimen in found.dataset.specimens],
+        "range_mm": list(found.dataset.range_mm),
+        "dataset": to_dict(found.dataset.layout),
+        "specification": to_dict(found.dataset.baseline),
+        "simulations": found.simulations,
+        "mesh": found.dataset.specimens[0].test.numerics.mesh.name,
+        "versions": versions(),
+    }

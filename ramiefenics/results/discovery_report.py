@@ -1,0 +1,114 @@
+"""A discovery on one page of HTML that needs no other file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ramiefenics.discovery import Discovery
+
+CAPTIONS = {
+    "residual": "What the fit of the common parameters leaves, before and after.",
+    "suspects": "How much more probable each suspect makes the data, its amplitude fitted.",
+    "left_out": "Each specimen predicted from all others.",
+}
+
+STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto;
+padding: 0 1rem; color: #222 } table { border-collapse: collapse } th, td { padding: .2rem .8rem;
+text-align: left; border-bottom: 1px solid #ccc } img { max-width: 100% }
+.lead { font-size: 1.2rem } figure { margin: 1.5rem 0 } figcaption { color: #555 }"""
+
+
+def report(found: Discovery, verdict: Mapping[str, Any], pictures: Sequence[Path]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    found
+        The discovery.
+    verdict
+        Its summary.
+    pictures
+        PNG files, named as in `CAPTIONS`.
+    """
+    title = html.escape(found.dataset.layout.title or found.dataset.folder.name)
+    figures = "".join(_figure(picture) for picture in pictures)
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style></head>
+<body><h1>{title}</h1>
+<p class="lead">{html.escape(sentence(found, verdict))}</p>
+{figures}
+<h2>Suspects</h2>{_suspects(found)}
+<h2>Fitted common factors</h2>{_table(("factor", "value"), _factor_rows(verdict))}
+<p>Specimens scatter by {100 * verdict["scatter"]["tau"]:.0f} % in each factor; the noise is
+{100 * verdict["scatter"]["sigma"]:.2g} % of the peak force. {len(verdict["specimens"])} specimens,
+{verdict["range_mm"][0]:g} to {verdict["range_mm"][1]:g} mm, mesh recipe
+{html.escape(verdict["mesh"])}.</p>
+<h2>Made with</h2>{_table(("program", "version"), list(verdict["versions"].items()))}
+</body></html>
+"""
+
+
+def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
+    """Return the verdict in words."""
+    names = " or ".join(name.replace("_", " ") for name in found.causes)
+    p = f"p = {found.p_value:.2g}"
+    if found.verdict == "none":
+        return f"Nothing is missing that these data could show ({p})."
+    if found.verdict == "unknown":
+        return (
+            "Something is missing, and it is none of the suspects "
+            f"(what the best of them leaves has p = {found.misfit_p_value:.2g})."
+        )
+    assert found.gain is not None  # a suspect was fitted
+    low, high = found.gain.interval
+    gain = (
+        f"Specimens left out are predicted with an error of {found.gain.rmse_after_N:.2f} N "
+        f"instead of {found.gain.rmse_before_N:.2f} N "
+        f"(ratio {found.gain.ratio:.2f}, 95 % interval {low:.2f} to {high:.2f})."
+    )
+    if found.verdict == "ambiguous":
+        return f"Something is missing ({p}): {names}, which these data do not tell apart. {gain}"
+    amplitude = verdict["amplitudes"][found.causes[0]]
+    unit = "" if amplitude["unit"] == "1" else f" {amplitude['unit']}"
+    low, high = amplitude["interval"]
+    size = f"{amplitude['value']:.3g}{unit} (95 % interval {low:.3g} to {high:.3g})"
+    return f"The cause is {names}: {size}, {p}. {gain}"
+
+
+def _figure(picture: Path) -> str:
+    data = base64.b64encode(picture.read_bytes()).decode()
+    caption = CAPTIONS[picture.stem]
+    return (
+        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
+
+
+def _suspects(found: Discovery) -> str:
+    rows = []
+    gains = {name: -1.0 if s.gain is None else s.gain for name, s in found.scores.items()}
+    for name in sorted(gains, key=lambda key: -gains[key]):
+        score, effect = found.scores[name], found.effects[name]
+        if score.gain is None:
+            rows.append((name, "", f"not tested: {score.reason}", effect.physics))
+        else:
+            size = f"{score.amplitude:.3g} ± {score.error:.2g} {effect.unit.replace('1', '', 1)}"
+            rows.append((name, f"{score.gain:.1f}", size, f"{effect.physics} {effect.reference}."))
+    return _table(("suspect", "log-likelihood gained", "amplitude", "physics"), rows)
+
+
+def _factor_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [(name, f"{math.exp(v):.3f}") for name, v in verdict["log_factors"].items()]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    def line(cells: Sequence[Any], tag: str) -> str:
+        return "".join(f"<{tag}>{html.escape(str(cell))}</{tag}>" for cell in cells)
+
+    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
+    return f"<table><tr>{line(head, 'th')}</tr>{body}</table>"

@@ -1,0 +1,148 @@
+"""Discovery from folder to verdict, on made-up data whose secret the test keeps."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ramiefenics as rf
+from ramiefenics.discovery.factors import Factor, factors
+from ramiefenics.discovery.runs import Runs, Task
+from ramiefenics.discovery.synthetic import Secret, make_dataset
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+SEED = int(os.environ.get("RAMIEFENICS_SEED") or np.random.SeedSequence().entropy % 2**32)
+"""Fresh every time, and printed; set the variable to repeat a run."""
+
+PNG = b"\x89PNG"
+
+
+def discover(folder: Path, out: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "ramiefenics", "discover", str(folder), "--out", str(out)]
+    return subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+
+
+def sealed(rng: np.random.Generator) -> list[Secret]:
+    """Three different effects of drawn size, and nothing, in drawn order."""
+    names = rng.choice(sorted(rf.EFFECTS), 3, replace=False)
+    secrets = [Secret(None)]
+    for name in names:
+        effect = rf.EFFECTS[str(name)]
+        secrets.append(Secret(effect, effect.typical * float(rng.uniform(1.0, 1.5))))
+    return [secrets[k] for k in rng.permutation(4)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    secret = sealed(np.random.default_rng(SEED))[number]
+    make_dataset(tmp_path / "data", secret, SEED + number, Runs())
+    done = discover(tmp_path / "data", tmp_path / "found")
+    assert done.returncode == 0, done.stderr
+    verdict = json.loads((tmp_path / "found" / "verdict.json").read_text())
+    with capsys.disabled():
+        hidden = secret.effect.name if secret.effect else "nothing"
+        print(f"\nRAMIEFENICS_SEED={SEED}, case {number}: {hidden} {secret.amplitude:.3g}")
+        print(done.stdout)
+    if secret.effect is None:
+        assert verdict["verdict"] == "none"
+        assert not (tmp_path / "found" / "extended.toml").exists()
+        return
+    assert verdict["verdict"] == "cause"
+    assert verdict["causes"] == [secret.effect.name]
+    found = verdict["amplitudes"][secret.effect.name]
+    assert found["unit"] == secret.effect.unit
+    # another mesh and element order: amplitudes take up some of the difference
+    assert 0.4 < found["value"] / secret.amplitude < 2.5
+    assert verdict["gain"]["ratio"] < 1.0
+    assert verdict["p_value"] < 0.005
+    extended = rf.read_test(tmp_path / "found" / "extended.toml")
+    assert extended != rf.read_test(tmp_path / "found" / "baseline.toml")
+    for name in ("residual.png", "suspects.png", "left_out.png"):
+        assert (tmp_path / "found" / name).read_bytes().startswith(PNG)
+    report = (tmp_path / "found" / "report.html").read_text()
+    assert secret.effect.name.replace("_", " ") in report
+    assert report.count("data:image/png;base64,") == 3
+    assert "http" not in report.replace("</html>", "")
+
+
+@pytest.mark.slow
+def test_the_gain_of_a_gradient_vanishes_when_positions_are_permuted(tmp_path: Path) -> None:
+    gradient = rf.EFFECTS["stiffness_gradient"]
+    suspects = {gradient.name: gradient}
+    runs = Runs()
+    make_dataset(tmp_path / "data", Secret(gradient, 0.5), 11, runs)
+    right = rf.discover(tmp_path / "data", suspects, runs=runs)
+    table = pd.read_csv(tmp_path / "data" / "specimens.csv")
+    rng, given = np.random.default_rng(12), table["position_mm"].to_numpy()
+    shuffled = rng.permutation(given)
+    while abs(np.corrcoef(given, shuffled)[0, 1]) > 0.2:
+        shuffled = rng.permutation(given)
+    table["position_mm"] = shuffled
+    table.to_csv(tmp_path / "data" / "specimens.csv", index=False)
+    wrong = rf.discover(tmp_path / "data", suspects, runs=runs)
+    assert right.causes == (gradient.name,)
+    assert right.gain is not None
+    assert right.gain.interval[1] < 1.0
+    assert wrong.causes == ()
+    assert wrong.gain is None or wrong.gain.interval[1] > 1.0
+
+
+def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> None:
+    other = rf.override(coarse, ["stalk.void_diameter_mm=7.0"])
+    first = Runs(tmp_path).curves([Task(coarse)])[0]
+    done: list[int] = []
+    runs = Runs(tmp_path, on_done=done.append)
+    # neither the machine nor a position without gradient matters to the stalk
+    loose = rf.override(coarse, ["machine.seating_gap_mm=1", "stalk.position_mm=100"])
+    again, new = runs.curves([Task(loose), Task(other)])
+    assert runs.simulated == 1
+    assert sum(done) == 2
+    assert again.equals(first)
+    assert not new.equals(first)
+    assert not list(tmp_path.glob("*.[0-9]*"))  # nothing half-written
+
+
+def test_factors_scale_what_they_name(screening: rf.BendingTest) -> None:
+    used = {factor.name: factor for factor in factors(screening)}
+    assert list(used) == ["xylem.axial", "xylem.transverse", "phloem.axial", "phloem.transverse"]
+    before = screening.stalk.layers[0].material.elastic
+    after = used["xylem.axial"].apply(screening, np.log(1.1)).stalk.layers[0].material.elastic
+    assert after.E_Z_MPa == pytest.approx(1.1 * before.E_Z_MPa)
+    assert after.G_XZ_MPa == pytest.approx(1.1 * before.G_XZ_MPa)
+    assert after.E_X_MPa == before.E_X_MPa
+    radius = factors(screening, ["fixture.indenter_radius_mm"])
+    assert radius == (Factor("fixture.indenter_radius_mm", ("fixture.indenter_radius_mm",)),)
+
+
+@pytest.mark.parametrize("name", ["xylem.sideways", "bark.axial", "law", "stalk.layers"])
+def test_bad_factors_are_told(screening: rf.BendingTest, name: str) -> None:
+    with pytest.raises(rf.SpecificationError, match=r"must be layer\.axial, layer\.transverse"):
+        factors(screening, [name])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "dataset = .* must be a folder with a dataset.toml"),
+        (["--mesh", "coars"], "is no mesh recipe"),
+        (["--effects", "nowhere.py"], "must be a Python file"),
+    ],
+)
+def test_bad_commands_end_with_one_sentence(
+    tmp_path: Path, options: list[str], message: str
+) -> None:
+    done = discover(tmp_path / "nowhere", tmp_path / "found", *options)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert re.search(message, done.stderr)
+    assert not (tmp_path / "found").exists()

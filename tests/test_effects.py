@@ -1,0 +1,138 @@
+"""Effects against what they should do to a mesh, a law, a record, and a force curve."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import ramiefenics as rf
+from ramiefenics.effects import EFFECTS, load_effects
+from ramiefenics.model.tube import SURFACES, build_tube
+
+SHORT = ["protocol.travel_mm=3", "protocol.save_every_mm=3", "numerics.acoustic_check=false"]
+
+
+@pytest.fixture(scope="module")
+def stalk():
+    return rf.override(rf.ramie(14.23, 7.28, 0.67), ["numerics.mesh=ladder_q2_1", *SHORT])
+
+
+def force(test, at_mm=3.0):
+    curve = rf.simulate(test).curve
+    return float(np.interp(at_mm, curve["displacement_mm"], curve["force_N"]))
+
+
+def placed(test, **values):
+    return replace(test, stalk=replace(test.stalk, **values))
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_nothing_at_zero_something_at_the_typical_amplitude(effect, stalk):
+    placed_stalk = placed(stalk, position_mm=500.0)
+    assert effect.apply(placed_stalk, 0.0) == placed_stalk
+    assert effect.apply(placed_stalk, effect.typical) != placed_stalk
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_extended_specifications_survive_a_file(effect, stalk, tmp_path):
+    extended = effect.apply(stalk, effect.typical)
+    rf.write_test(extended, tmp_path / "extended.toml")
+    assert rf.read_test(tmp_path / "extended.toml") == extended
+
+
+def test_machine_records_gap_travel_and_its_own_deflection(stalk):
+    test = EFFECTS["machine_compliance"].apply(stalk, 0.02)
+    curve = rf.simulate(EFFECTS["seating_gap"].apply(test, 0.5)).curve
+    expected = 0.5 + curve["displacement_mm"] + 0.02 * curve["force_N"]
+    assert np.allclose(curve["recorded_displacement_mm"], expected, rtol=1e-12)
+    assert curve["force_N"].iloc[-1] == pytest.approx(force(stalk), rel=1e-6)
+
+
+def test_taper_narrows_the_mesh_along_the_stalk(stalk):
+    tapered = EFFECTS["taper"].apply(placed(stalk, measured_at_mm=-90.0), 0.01)
+    tube = build_tube(tapered, MPI.COMM_SELF)
+    x = tube.mesh.geometry.x
+    radius = np.hypot(x[:, 0], x[:, 1])
+    for z, diameter in ((-90.0, 14.23), (0.0, 14.23 - 0.9), (90.0, 14.23 - 1.8)):
+        assert 2.0 * radius[np.isclose(x[:, 2], z)].max() == pytest.approx(diameter, rel=1e-12)
+    assert len(tube.facets.find(SURFACES["outer"])) > 0
+
+
+def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk):
+    """What grows on one side shrinks on the other: the difference is of second order."""
+    taper = EFFECTS["taper"]
+    midspan = placed(
+        stalk,
+        void_diameter_mm=7.28 * (1 - 0.45 / 14.23),
+        layers=tuple(
+            replace(layer, outer_diameter_mm=layer.outer_diameter_mm * (1 - 0.45 / 14.23))
+            for layer in stalk.stalk.layers
+        ),
+    )
+    tapered = force(taper.apply(placed(stalk, measured_at_mm=-90.0), 0.005))
+    # (0.25 mm / 7 mm)^2 is 0.1 %; the diameter measured at the end is 6 % off in force
+    assert tapered == pytest.approx(force(midspan), rel=3e-3)
+    assert abs(tapered / force(stalk) - 1.0) > 0.03
+
+
+def test_taper_refuses_the_symmetric_model(stalk):
+    with pytest.raises(rf.SpecificationError, match=r"numerics\.domain.*half or full"):
+        placed(stalk, taper=0.01)
+
+
+def test_stiffness_gradient_scales_the_force(stalk):
+    """No stress but the moduli enters: the force is proportional to a factor on all of them."""
+    graded = EFFECTS["stiffness_gradient"].apply(placed(stalk, position_mm=800.0), 0.25)
+    assert force(graded) == pytest.approx(1.2 * force(stalk), rel=1e-4)
+
+
+def test_vanishing_pith_leaves_the_hollow_stalk(stalk):
+    """The tube's own mesh must not change with what fills it."""
+    stalk = rf.override(stalk, ["numerics.mesh.angular_elements=8"])  # four to a quadrant
+    filled = EFFECTS["pith_core"].apply(stalk, 1e-6)
+    assert force(filled) == pytest.approx(force(stalk), rel=2e-4)
+
+
+def test_pith_carries_load(stalk):
+    assert force(EFFECTS["pith_core"].apply(stalk, 1.0)) > 1.05 * force(stalk)
+
+
+def test_pith_needs_a_void(stalk):
+    with pytest.raises(rf.SpecificationError, match="no void to fill"):
+        EFFECTS["pith_core"].apply(placed(stalk, void_diameter_mm=0.0), 0.1)
+
+
+OWN = """
+from ramiefenics import Effect, override
+
+def blunt(test, mm):
+    return override(test, [f"fixture.indenter_radius_mm={test.fixture.indenter_radius_mm + mm}"])
+
+BLUNT = Effect("blunt", "The indenter is worn.", "the workshop", "mm", (0.0, 5.0), 1.0, blunt)
+"""
+
+
+def test_a_file_of_the_user_defines_effects(tmp_path, stalk):
+    (tmp_path / "own.py").write_text(OWN)
+    found = load_effects(tmp_path / "own.py")
+    assert list(found) == ["blunt"]
+    assert found["blunt"].apply(stalk, 2.0).fixture.indenter_radius_mm == 7.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "must be a Python file"),
+        ("x = 1", "must define at least one"),
+        ("1 / 0", r"does not run \(ZeroDivisionError"),
+        (OWN.replace("(0.0, 5.0)", "(1.0, 5.0)"), r"effect blunt\.bounds"),
+        (OWN.replace("1.0, blunt", "9.0, blunt"), r"effect blunt\.typical"),
+        (OWN.replace('"blunt"', '"a b"'), "must be one word"),
+    ],
+)
+def test_bad_files_of_effects_are_told(tmp_path, text, message):
+    if text is not None:
+        (tmp_path / "own.py").write_text(text)
+    with pytest.raises(rf.SpecificationError, match=message):
+        load_effects(tmp_path / "own.py")
