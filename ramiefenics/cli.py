@@ -102,7 +102,7 @@ def discover_command(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
     ] = None,
-    mesh: Annotated[str, typer.Option(help="Mesh recipe of all simulations.")] = "screening",
+    mesh: MeshName = None,
     effects: Annotated[
         list[str] | None,
         typer.Option(metavar="FILE.py", help="More suspects, defined in a Python file."),
@@ -111,7 +111,8 @@ def discover_command(
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
     folder = _check_writable(out or Path("results") / Path(dataset).resolve().name)
-    mesh_recipe(mesh)
+    if mesh is not None:
+        mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
     from ramiefenics.discovery.runs import Runs
     from ramiefenics.effects import EFFECTS, load_effects

@@ -15,6 +15,7 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.discovery.factors import Factor, factors
+from ramiefenics.discovery.meshes import other_meshes
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 
@@ -146,3 +147,14 @@ def test_bad_commands_end_with_one_sentence(
     assert len(done.stderr.strip().splitlines()) == 1
     assert re.search(message, done.stderr)
     assert not (tmp_path / "found").exists()
+
+
+@pytest.mark.parametrize("name", ["screening", "ladder_q1_2"])
+def test_other_meshes_are_finer_and_of_the_other_order(name: str) -> None:
+    recipe = rf.mesh_recipe(name)
+    finer, other = other_meshes(recipe)
+    assert finer.order == recipe.order
+    assert finer.contact_size_mm < recipe.contact_size_mm
+    assert finer.angular_elements > recipe.angular_elements
+    assert other.order == 3 - recipe.order
+    assert other_meshes(other)[1].contact_size_mm == pytest.approx(recipe.contact_size_mm)

@@ -86,9 +86,9 @@ class Model:
             return test
         return self.effect.apply(test, self.amplitude if amplitude is None else amplitude)
 
-    def moved(self, steps: Array, amplitude: float = 0.0) -> Model:
-        """Return the model with its log factors changed, and another amplitude."""
-        values = tuple(float(a + b) for a, b in zip(self.log_factors, steps, strict=True))
+    def at(self, log_factors: Array, amplitude: float) -> Model:
+        """Return the model with other parameters."""
+        values = tuple(float(value) for value in log_factors)
         return dataclasses.replace(self, log_factors=values, amplitude=amplitude)
 
 

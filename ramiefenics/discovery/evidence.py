@@ -1,11 +1,12 @@
 """How probable measured curves are under a model: one Gaussian for all curves of all specimens.
 
-Residuals, over each specimen's peak force, stacked for all specimens, are taken as
+Residuals of the linearised model without factors and effect, over each specimen's peak force,
+stacked for all specimens, are taken as
 
     r = a g + J (d + b_s) + D c + e_s
 
 with g the effect's signature and a its amplitude; J the derivatives by the fitted log factors, d
-their common correction, b_s what a specimen's own material deviates by (sd tau, the same for all
+their common values, b_s what a specimen's own material deviates by (sd tau, the same for all
 factors); D what the simulator may be wrong by, the same way in all specimens (`nuisance`); e_s the
 noise, of sd sigma and correlation exp(-|x - x'| / l). All but a are Gaussian and integrated out
 (a linear mixed model: Laird and Ware 1982); tau, sigma and l maximise the likelihood on a grid.
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 
 FACTOR_SD = 0.3
-"""Prior of the common correction of a log factor: moduli are known to about 30 %."""
+"""Prior of a common log factor: moduli are known to about 30 %."""
 
 SCATTER = (0.0, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.25)
 """Grid of tau, a specimen's own log factors."""
@@ -35,7 +36,6 @@ NOISE = tuple(0.001 * 2.0 ** (k / 2.0) for k in range(14))
 
 LENGTH_SHARE = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
 """Grid of l, over the range of displacement."""
-
 
 WHITE = 0.05
 """Part of the noise, over its sd, that is not correlated at all."""
@@ -86,7 +86,7 @@ class Evidence:
     Parameters
     ----------
     residual
-        Measured minus predicted, shape (n, m).
+        Measured minus predicted without factors and effect, shape (n, m).
     by_factors
         J, shape (n, k, m).
     nuisance
@@ -166,8 +166,8 @@ class Evidence:
         flat, onto = self._project(own, common, vectors.transpose(1, 2, 0))
         return np.asarray(flat.T @ flat - onto.T @ onto)
 
-    def common_correction(self, fit: Fit, signature: Array | None = None) -> Array:
-        """Return the expected correction of the log factors, shape (k,)."""
+    def common_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
+        """Return the expected common log factors, shape (k,)."""
         return FACTOR_SD * self._common_deviations(fit, signature)[: self._J.shape[1]]
 
     def _common_deviations(self, fit: Fit, signature: Array | None) -> Array:

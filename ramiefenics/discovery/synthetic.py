@@ -13,6 +13,7 @@ import tomli_w
 from ramiefenics.discovery.comparison import recorded
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
+from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
 from ramiefenics.specification import BendingTest, MeshRecipe, ramie
@@ -114,8 +115,7 @@ def _stalks(
             measured_at_mm=float(ends[index]),
         )
         own = batch + rng.normal(0.0, OWN_SD, len(used))
-        test = replace(test, stalk=stalk, numerics=replace(test.numerics, mesh=MESH))
-        tests.append(apply_factors(test, used, own))
+        tests.append(apply_factors(on_mesh(replace(test, stalk=stalk), MESH), used, own))
         name = f"S{index + 1:02d}"
         rows.append(
             {

@@ -13,7 +13,9 @@ import pandas as pd
 from ramiefenics.measured.tables import need_columns, numbers, read_table, unit_factor
 from ramiefenics.specification import (
     BendingTest,
+    MeshRecipe,
     SpecificationError,
+    mesh_recipe,
     override,
     published_test,
     read_test,
@@ -92,6 +94,8 @@ class Layout:
     fit
         Common factors fitted before anything is suspected, see `ramiefenics.discovery.factors`.
         By default the axial and transverse moduli of every layer.
+    mesh
+        Recipe of the simulations, by name or in full.
     from_mm, to_mm
         Range of displacement that is compared; all that every curve has by default.
     """
@@ -104,6 +108,7 @@ class Layout:
     units: Units = field(default_factory=Units)
     specimens: dict[str, Any] = field(default_factory=dict)
     fit: list[str] = field(default_factory=list)
+    mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("screening"))
     from_mm: float = 0.0
     to_mm: float | None = None
 

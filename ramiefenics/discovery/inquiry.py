@@ -9,16 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ramiefenics.discovery.comparison import (
-    Linearised,
-    Model,
-    Observed,
-    Simulator,
-    observe,
-    reference_specimen,
-)
-from ramiefenics.discovery.evidence import Array, Evidence, Fit
-from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.comparison import Observed, Simulator, observe
+from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.fitting import Fitted, Fitter
+from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.runs import Runs
 from ramiefenics.discovery.verdict import (
     MISFIT,
@@ -30,22 +24,12 @@ from ramiefenics.discovery.verdict import (
     measure_gain,
     misfit_chance,
     rivals,
-    smooth,
 )
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
-from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification import BendingTest, MeshRecipe, SpecificationError, mesh_recipe
 
-OTHER_MESHES = ("standard", "ladder_q1_2")
-"""A finer mesh and one of the other element order: what changes with them is no physics."""
-
-BASELINE_ROUNDS, EFFECT_ROUNDS = 3, 3
-"""Most linearisations of a fit."""
-
-SETTLED = 0.1
-"""Correction of a log factor that needs no further linearisation."""
-
-CONTENDERS, CONTENDER_RANGE = 3, 8.0
+CONTENDERS, CONTENDER_RANGE = 3, 5.0
 """Most suspects that are fitted in full, and how far behind the best one may be, log-likelihood."""
 
 INVISIBLE = 2.0
@@ -54,49 +38,6 @@ tested with these data."""
 
 ALIKE = 0.9
 """Cosine of two signatures that are easily mistaken for one another."""
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """A model fitted to all specimens.
-
-    Attributes
-    ----------
-    curves
-        Its predictions, linearised where it was fitted.
-    evidence
-        For residuals around them.
-    fit
-        The rest of the correction.
-    signature
-        Of its effect, over the peak force; None for the baseline.
-    """
-
-    curves: Linearised
-    evidence: Evidence
-    fit: Fit
-    signature: Array | None = None
-
-    @property
-    def amplitude(self) -> float:
-        """Amplitude of its effect."""
-        return self.curves.model.amplitude + self.fit.amplitude
-
-    @property
-    def log_factors(self) -> Array:
-        """Common log factors, shape (k,)."""
-        correction = self.evidence.common_correction(self.fit, self.signature)
-        return np.array(self.curves.model.log_factors) + correction
-
-    def remaining(self) -> Array:
-        """Return what the model with its common parameters leaves, over the peaks, (n, m)."""
-        residual = self.evidence.residual[..., 0]
-        return residual - self.evidence.explained(self.fit, self.signature)
-
-    def left_out(self) -> Array:
-        """Return the same for each specimen by a fit to all others."""
-        residual = self.evidence.residual[..., 0]
-        return residual - self.evidence.left_out(self.fit, self.signature)
 
 
 @dataclass(frozen=True)
@@ -162,18 +103,14 @@ class Discovery:
         return self._test(self.extended)
 
     def _test(self, fitted: Fitted) -> BendingTest:
-        model = dataclasses.replace(
-            fitted.curves.model,
-            log_factors=tuple(float(value) for value in fitted.log_factors),
-            amplitude=fitted.amplitude,
-        )
+        model = fitted.curves.model.at(fitted.log_factors, fitted.amplitude)
         return model.test(self.dataset.baseline)
 
 
 def discover(
     folder: str | Path,
     effects: Mapping[str, Effect] = EFFECTS,
-    mesh: str = "screening",
+    mesh: str | None = None,
     runs: Runs | None = None,
     seed: int = 0,
     on_stage: Callable[[str, int], None] = lambda stage, expected: None,
@@ -187,7 +124,7 @@ def discover(
     effects
         Suspects.
     mesh
-        Recipe of all simulations.
+        Recipe of all simulations; by default that of the data set.
     runs
         Does the simulations; on all cores, kept in the user's cache by default.
     seed
@@ -200,7 +137,9 @@ def discover(
     SpecificationError
         If the data set has a defect, or the baseline cannot be simulated.
     """
-    dataset = _on_mesh(read_dataset(folder), mesh)
+    dataset = read_dataset(folder)
+    recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
+    dataset = _on_mesh(dataset, recipe)
     return _Inquiry(dataset, effects, runs or Runs(), seed, on_stage).conclude()
 
 
@@ -219,13 +158,14 @@ class _Inquiry:
         self._runs = runs
         self._observed = observe(dataset)
         self._simulator = Simulator(dataset, self._observed.at_mm, runs)
+        self._fitter = Fitter(dataset, self._observed, self._simulator)
         self._rng = np.random.default_rng(seed)
 
     def conclude(self) -> Discovery:
         """Do all steps."""
         number, suspects = len(self._dataset.specimens), len(self._effects)
-        self._stage("fitting the baseline", number * (2 + suspects) + len(OTHER_MESHES))
-        baseline = self._baseline()
+        self._stage("fitting the baseline", number * (2 + suspects) + 2)
+        baseline = self._fitter.baseline()
         self._stage("trying every suspect", number * suspects)
         signatures, scores = self._suspects(baseline)
         names = list(signatures)
@@ -245,37 +185,6 @@ class _Inquiry:
             verdict = "none" if left >= SIGNIFICANCE else "unknown"
             return self._discovery(verdict, (), p_value, left, scores, baseline, None, ())
         return self._name(baseline, signatures, scores, p_value)
-
-    def _baseline(self) -> Fitted:
-        used = factors(self._dataset.baseline, self._dataset.layout.fit)
-        model = Model(used, (0.0,) * len(used))
-        curves = self._simulator.linearise(model)
-        self._mesh_error = self._other_meshes(curves)
-        for _ in range(BASELINE_ROUNDS - 1):
-            evidence = self._evidence(curves)
-            fit = evidence.fit()
-            correction = evidence.common_correction(fit)
-            curves = self._simulator.follow(curves, curves.model.moved(correction))
-            if np.abs(correction).max() < SETTLED:
-                break
-        evidence = self._evidence(curves)
-        return Fitted(curves, evidence, evidence.fit())
-
-    def _other_meshes(self, curves: Linearised) -> Array:
-        """Return the relative change of force by other meshes, on the median specimen."""
-        index = reference_specimen(self._dataset.specimens)
-        test = curves.model.test(self._dataset.specimens[index].test)
-        tests = [override(test, [f"numerics.mesh={name}"]) for name in OTHER_MESHES]
-        return self._simulator.on_meshes(curves, index, tests)
-
-    def _evidence(self, curves: Linearised, model_error: float = MODEL_ERROR) -> Evidence:
-        peak = self._observed.peak_N[:, None]
-        residual = (self._observed.force_N - curves.force) / peak
-        shares = curves.force / peak
-        meshes = self._mesh_error[None] * shares[:, None]
-        wrong = model_error * smooth(*residual.shape)
-        nuisance = np.concatenate([meshes, wrong], axis=1)
-        return Evidence(residual, curves.by_factors / peak[..., None], nuisance)
 
     def _suspects(self, baseline: Fitted) -> tuple[dict[str, Array], dict[str, Score]]:
         signatures: dict[str, Array] = {}
@@ -312,7 +221,9 @@ class _Inquiry:
         for name in order[:CONTENDERS]:
             if gains[order[0]] - gains[name] < CONTENDER_RANGE:
                 self._stage(f"fitting {name}", 4 * len(self._dataset.specimens))
-                fits[name] = self._extended(baseline, self._effects[name], scores[name].amplitude)
+                fits[name] = self._fitter.extended(
+                    baseline, self._effects[name], scores[name].amplitude
+                )
         for name, fitted in fits.items():
             gains[name] = fitted.fit.log_likelihood - baseline.fit.log_likelihood
             scores[name] = Score(gains[name], fitted.amplitude, fitted.fit.error)
@@ -330,33 +241,16 @@ class _Inquiry:
         alike = self._alike(baseline, signatures, best)
         return self._discovery("cause", (best,), p_value, left, scores, baseline, extended, alike)
 
-    def _extended(self, baseline: Fitted, effect: Effect, amplitude: float) -> Fitted:
-        """Fit factors and amplitude together, linearising anew where they are."""
-        model = dataclasses.replace(baseline.curves.model, effect=effect, amplitude=amplitude)
-        curves = baseline.curves
-        for _ in range(EFFECT_ROUNDS):
-            curves = self._simulator.follow(curves, model)
-            assert curves.by_effect is not None  # the model has an effect
-            signature = curves.by_effect / self._observed.peak_N[:, None]
-            evidence = self._evidence(curves)
-            low, high = effect.bounds
-            fit = evidence.fit(signature, (low - model.amplitude, high - model.amplitude))
-            fitted = Fitted(curves, evidence, fit, signature)
-            if abs(fit.amplitude) < 0.5 * fit.error:
-                break
-            correction = evidence.common_correction(fit, signature)
-            model = model.moved(correction, model.amplitude + fit.amplitude)
-        return fitted
-
     def _misfit(self, fitted: Fitted) -> float:
         """Return the probability of what the fitted model leaves."""
-        curves = fitted.curves
-        evidence, wide = (self._evidence(curves, MODEL_ERROR * times) for times in (1.0, MISFIT))
-        if fitted.signature is not None:  # the amplitude is free: a prior as wide as its bounds
-            size = np.ptp(curves.model.effect.bounds)  # type: ignore[union-attr]
-            column = size * fitted.signature[:, None]
-            evidence, wide = evidence.with_nuisance(column), wide.with_nuisance(column)
-        return misfit_chance(evidence, wide, evidence.fit(), self._rng)
+        both = [self._fitter.evidence(fitted.curves, MODEL_ERROR * k) for k in (1.0, MISFIT)]
+        effect = fitted.curves.model.effect
+        if effect is not None and fitted.signature is not None:
+            # the amplitude is free: a prior as wide as its bounds
+            column = np.ptp(effect.bounds) * fitted.signature[:, None]
+            both = [evidence.with_nuisance(column) for evidence in both]
+        narrow, wide = both
+        return misfit_chance(narrow, wide, narrow.fit(), self._rng)
 
     def _alike(
         self, baseline: Fitted, signatures: Mapping[str, Array], best: str
@@ -406,11 +300,7 @@ class _Inquiry:
         )
 
 
-def _on_mesh(dataset: Dataset, mesh: str) -> Dataset:
+def _on_mesh(dataset: Dataset, mesh: MeshRecipe) -> Dataset:
     """Return the data set with all specimens on a mesh recipe."""
-
-    def changed(test: BendingTest) -> BendingTest:
-        return override(test, [f"numerics.mesh={mesh}"])
-
-    specimens = tuple(dataclasses.replace(s, test=changed(s.test)) for s in dataset.specimens)
+    specimens = tuple(dataclasses.replace(s, test=on_mesh(s.test, mesh)) for s in dataset.specimens)
     return dataclasses.replace(dataset, specimens=specimens)

@@ -1,0 +1,168 @@
+"""Fitting of common factors, and of an effect with them, by repeated linearisation."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ramiefenics.discovery.comparison import (
+    Linearised,
+    Model,
+    Observed,
+    Simulator,
+    reference_specimen,
+)
+from ramiefenics.discovery.evidence import Array, Evidence, Fit
+from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.meshes import on_mesh, other_meshes
+from ramiefenics.discovery.verdict import MODEL_ERROR, smooth
+from ramiefenics.effects import Effect
+from ramiefenics.measured import Dataset
+from ramiefenics.specification import SpecificationError
+
+ROUNDS = 3
+"""Most linearisations of a fit."""
+
+SETTLED, SETTLED_ERRORS = 0.1, 0.5
+"""Changes of log factors, and of an amplitude over its standard deviation, that need no further
+linearisation."""
+
+FARTHEST = 0.3
+"""Largest change of a log factor in a round: beyond it derivatives tell little."""
+
+SHORTEST = 0.1
+"""Share of a move that is tried last where simulations do not reach the end."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model fitted to all specimens.
+
+    Attributes
+    ----------
+    curves
+        Its predictions, linearised near where it was fitted.
+    evidence
+        For the linearised model.
+    fit
+        The best amplitude and scatter.
+    signature
+        Of its effect, over the peak force; None for the baseline.
+    """
+
+    curves: Linearised
+    evidence: Evidence
+    fit: Fit
+    signature: Array | None = None
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude of its effect."""
+        return self.fit.amplitude
+
+    @property
+    def log_factors(self) -> Array:
+        """Common log factors, shape (k,)."""
+        return self.evidence.common_log_factors(self.fit, self.signature)
+
+    def remaining(self) -> Array:
+        """Return what the model with its common parameters leaves, over the peaks, (n, m)."""
+        residual = self.evidence.residual[..., 0]
+        return residual - self.evidence.explained(self.fit, self.signature)
+
+    def left_out(self) -> Array:
+        """Return the same for each specimen by a fit to all others."""
+        residual = self.evidence.residual[..., 0]
+        return residual - self.evidence.left_out(self.fit, self.signature)
+
+
+class Fitter:
+    """Fits models to a data set.
+
+    Parameters
+    ----------
+    dataset, observed
+        The measured curves.
+    simulator
+        Predicts them.
+    """
+
+    def __init__(self, dataset: Dataset, observed: Observed, simulator: Simulator) -> None:
+        self._dataset, self._observed, self._simulator = dataset, observed, simulator
+        self._mesh_error: Array
+
+    def baseline(self) -> Fitted:
+        """Fit the common factors."""
+        used = factors(self._dataset.baseline, self._dataset.layout.fit)
+        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)))
+        self._mesh_error = self._other_meshes(curves)
+        for _ in range(ROUNDS - 1):
+            evidence = self.evidence(curves)
+            wanted = evidence.common_log_factors(evidence.fit())
+            if np.abs(wanted - curves.model.log_factors).max() < SETTLED:
+                break
+            curves = self._follow(curves, curves.model, wanted, 0.0)
+        evidence = self.evidence(curves)
+        return Fitted(curves, evidence, evidence.fit())
+
+    def extended(self, baseline: Fitted, effect: Effect, amplitude: float) -> Fitted:
+        """Fit factors and amplitude together, the latter from a first guess."""
+        model = dataclasses.replace(baseline.curves.model, effect=effect)
+        curves = self._follow(baseline.curves, model, np.array(model.log_factors), amplitude)
+        for number in range(ROUNDS):
+            fitted = self._with_effect(curves, effect)
+            moves = np.abs(fitted.log_factors - curves.model.log_factors).max()
+            change = abs(fitted.amplitude - curves.model.amplitude)
+            settled = moves < SETTLED and change < SETTLED_ERRORS * fitted.fit.error
+            if settled or number == ROUNDS - 1:
+                break
+            curves = self._follow(curves, curves.model, fitted.log_factors, fitted.amplitude)
+        return fitted
+
+    def _with_effect(self, curves: Linearised, effect: Effect) -> Fitted:
+        assert curves.by_effect is not None  # the model has an effect
+        signature = curves.by_effect / self._observed.peak_N[:, None]
+        evidence = self.evidence(curves)
+        return Fitted(curves, evidence, evidence.fit(signature, effect.bounds), signature)
+
+    def evidence(self, curves: Linearised, model_error: float = MODEL_ERROR) -> Evidence:
+        """Return the evidence of a linearised model.
+
+        Its residuals are those of the model with no factors and no effect, by the derivatives: so
+        the factors' prior stays where it was, wherever the model is linearised.
+        """
+        peak = self._observed.peak_N[:, None]
+        by_factors = curves.by_factors / peak[..., None]
+        residual = (self._observed.force_N - curves.force) / peak
+        residual += np.einsum("k,nkm->nm", curves.model.log_factors, by_factors)
+        if curves.by_effect is not None:
+            residual += curves.model.amplitude * curves.by_effect / peak
+        meshes = self._mesh_error[None] * (curves.force / peak)[:, None]
+        wrong = model_error * smooth(*residual.shape)
+        return Evidence(residual, by_factors, np.concatenate([meshes, wrong], axis=1))
+
+    def _follow(
+        self, last: Linearised, model: Model, log_factors: Array, amplitude: float
+    ) -> Linearised:
+        """Go to other parameters, or as far as simulations reach the end."""
+        here = np.array(model.log_factors)
+        step = np.clip(log_factors - here, -FARTHEST, FARTHEST)
+        change = amplitude - model.amplitude
+        share = 1.0
+        while True:
+            try:
+                wanted = model.at(here + share * step, model.amplitude + share * change)
+                return self._simulator.follow(last, wanted)
+            except SpecificationError:
+                share /= 2.0
+                if share < SHORTEST:
+                    raise
+
+    def _other_meshes(self, curves: Linearised) -> Array:
+        """Return the relative change of force by other meshes, on the median specimen."""
+        index = reference_specimen(self._dataset.specimens)
+        test = curves.model.test(self._dataset.specimens[index].test)
+        tests = [on_mesh(test, mesh) for mesh in other_meshes(test.numerics.mesh)]
+        return self._simulator.on_meshes(curves, index, tests)
