@@ -53,11 +53,12 @@ def run(secret: Secret, seed: int, workers: int) -> dict[str, Any]:
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         verdict = json.loads((out / "verdict.json").read_text())
         wall = time.perf_counter() - start
-    kept = ("verdict", "causes", "amplitudes", "p_value", "misfit_p_value", "gain", "scores")
+    kept = ("verdict", "causes", "amplitudes", "p_value", "misfit_p_value", "scores")
+    gains = ("gain", "shape_gain")
     return {
         "hidden": None if secret.effect is None else secret.effect.name,
         "amplitude": secret.amplitude,
-        **{key: verdict[key] for key in kept},
+        **{key: verdict[key] for key in kept + gains},
         "wall_s": wall,
     }
 
@@ -88,7 +89,16 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
         "## Every case",
         "",
         table(
-            ["case", "amplitude", "verdict", "found", "95 % interval", "p", "error left out"],
+            [
+                "case",
+                "amplitude",
+                "verdict",
+                "found",
+                "95 % interval",
+                "p",
+                "error left out",
+                "of shape",
+            ],
             [_row(label, case) for label, case in record.items()],
         ),
     ]
@@ -97,7 +107,7 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
 
 def _row(label: str, case: dict[str, Any]) -> list[str]:
     found = case["amplitudes"].get(case["causes"][0]) if case["causes"] else None
-    gain = case["gain"]
+    gains = [case["gain"], case["shape_gain"]]
     return [
         label,
         f"{case['amplitude']:g}",
@@ -105,7 +115,7 @@ def _row(label: str, case: dict[str, Any]) -> list[str]:
         f"{found['value']:.3g}" if found else "",
         "{:.3g} to {:.3g}".format(*found["interval"]) if found else "",
         f"{case['p_value']:.4f}",
-        f"{gain['rmse_before']:.2f} to {gain['rmse_after']:.2f} N" if gain else "",
+        *(f"{g['rmse_before']:.2f} to {g['rmse_after']:.2f} N" if g else "" for g in gains),
     ]
 
 

@@ -126,3 +126,17 @@ def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(curves, siz
 def test_rivals_are_those_within_odds_of_twenty():
     gains = {"a": 10.0, "b": 7.5, "c": 6.9, "d": 9.0}
     assert rivals(gains, "a") == ["d", "b"]
+
+
+def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
+    by_factors, nuisance, _ = curves
+    errors = np.random.default_rng(9).normal(0.0, 0.02, (N, M))
+    evidence = Evidence(errors, by_factors, nuisance)
+    fit = evidence.fit()
+    left = evidence.without_own(fit, errors)
+    distance = np.abs(np.arange(M)[:, None] - np.arange(M)) / M
+    noise = np.exp(-distance / fit.scatter.length) + WHITE**2 * np.eye(M)
+    for s in range(N):
+        own = fit.scatter.tau**2 * by_factors[s].T @ by_factors[s]
+        whole = fit.scatter.sigma**2 * noise + own
+        assert np.allclose(errors[s] - own @ np.linalg.solve(whole, errors[s]), left[s], atol=1e-10)

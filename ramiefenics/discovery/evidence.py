@@ -201,6 +201,14 @@ class Evidence:
             predicted[s] = a * g[s, :, 0] + self._common[s] @ weights
         return predicted
 
+    def without_own(self, fit: Fit, errors: Array) -> Array:
+        """Return errors, shape (n, m), less what each specimen's own factors make of them."""
+        own, _, _ = self._reduce(fit.scatter)
+        white = np.linalg.solve(own, errors[..., None])
+        solved = np.linalg.solve(own.transpose(0, 2, 1), white)
+        part = np.einsum("nki,nkj,njc->ni", self._J, self._J, solved)
+        return errors - fit.scatter.tau**2 * part
+
     def explained(self, fit: Fit, signature: Array | None = None) -> Array:
         """Return the part of the residual that is common to all specimens, shape (n, m)."""
         part = np.zeros(self.residual.shape[:2])

@@ -77,6 +77,10 @@ class Fitted:
         residual = self.evidence.residual[..., 0]
         return residual - self.evidence.left_out(self.fit, self.signature)
 
+    def left_out_shape(self) -> Array:
+        """Return the same where each specimen's own factors are fitted to its own curve."""
+        return self.evidence.without_own(self.fit, self.left_out())
+
 
 class Fitter:
     """Fits models to a data set.

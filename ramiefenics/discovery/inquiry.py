@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from ramiefenics.discovery.runs import Runs
 from ramiefenics.discovery.verdict import (
     MISFIT,
     MODEL_ERROR,
+    RIVAL,
     SIGNIFICANCE,
     Gain,
     Score,
@@ -56,15 +57,19 @@ class Discovery:
         Effects named: one, or for ``ambiguous`` all that are not told apart.
     p_value
         Probability of a gain like the best suspect's without any effect.
-    misfit_p_value
-        Probability of a common misfit like the one that is left, if the model is right.
+    baseline_misfit_p_value, misfit_p_value
+        Probability of a common misfit like the baseline's, and like the one that is left in the
+        end, if the model is right.
     scores
         Of all suspects.
     baseline, extended
         The fits without and with the best suspect; the latter is None where nothing was suspected.
-    gain, explained
-        With the best suspect: of left-out predictions; share of the baseline's squared residuals
-        that it takes away. None where nothing was suspected.
+    gain, shape_gain
+        Of predictions of specimens left out, with the best suspect: of their curves, by what is
+        known of them without bending them; and of the curves' shapes, where their own factors are
+        fitted to them. None where nothing was suspected.
+    explained
+        Share of the baseline's squared errors of shape that the best suspect takes away.
     confusable_with
         Suspects that are not told apart, or would hardly be with weaker data.
     simulations
@@ -77,11 +82,13 @@ class Discovery:
     verdict: str
     causes: tuple[str, ...]
     p_value: float
+    baseline_misfit_p_value: float
     misfit_p_value: float
     scores: Mapping[str, Score]
     baseline: Fitted
     extended: Fitted | None
     gain: Gain | None
+    shape_gain: Gain | None
     explained: float | None
     confusable_with: tuple[str, ...]
     simulations: int
@@ -160,6 +167,7 @@ class _Inquiry:
         self._simulator = Simulator(dataset, self._observed.at_mm, runs)
         self._fitter = Fitter(dataset, self._observed, self._simulator)
         self._rng = np.random.default_rng(seed)
+        self._chances = 1.0, 1.0
 
     def conclude(self) -> Discovery:
         """Do all steps."""
@@ -180,11 +188,11 @@ class _Inquiry:
                 best_gain,
                 self._rng,
             )
+        self._chances = p_value, self._misfit(baseline)
         if p_value >= SIGNIFICANCE:
-            left = self._misfit(baseline)
-            verdict = "none" if left >= SIGNIFICANCE else "unknown"
-            return self._discovery(verdict, (), p_value, left, scores, baseline, None, ())
-        return self._name(baseline, signatures, scores, p_value)
+            verdict = "none" if self._chances[1] >= SIGNIFICANCE else "unknown"
+            return self._discovery(verdict, scores, baseline)
+        return self._name(baseline, signatures, scores)
 
     def _suspects(self, baseline: Fitted) -> tuple[dict[str, Array], dict[str, Score]]:
         signatures: dict[str, Array] = {}
@@ -212,7 +220,6 @@ class _Inquiry:
         baseline: Fitted,
         signatures: Mapping[str, Array],
         scores: dict[str, Score],
-        p_value: float,
     ) -> Discovery:
         """Fit the best suspects in full, and decide between them."""
         gains = {name: scores[name].gain or 0.0 for name in signatures}
@@ -221,25 +228,28 @@ class _Inquiry:
         for name in order[:CONTENDERS]:
             if gains[order[0]] - gains[name] < CONTENDER_RANGE:
                 self._stage(f"fitting {name}", 4 * len(self._dataset.specimens))
-                fits[name] = self._fitter.extended(
-                    baseline, self._effects[name], scores[name].amplitude
-                )
-        for name, fitted in fits.items():
-            gains[name] = fitted.fit.log_likelihood - baseline.fit.log_likelihood
-            scores[name] = Score(gains[name], fitted.amplitude, fitted.fit.error)
-        best = max(fits, key=lambda name: gains[name])
-        extended = fits[best]
-        others = rivals(gains, best)
-        left = self._misfit(extended)
+                try:
+                    fitted = self._fitter.extended(
+                        baseline, self._effects[name], scores[name].amplitude
+                    )
+                except SpecificationError as error:
+                    del gains[name]
+                    scores[name] = Score(None, reason=str(error))
+                    continue
+                fits[name] = fitted
+                gains[name] = fitted.fit.log_likelihood - baseline.fit.log_likelihood
+                scores[name] = Score(gains[name], fitted.amplitude, fitted.fit.error)
+        best = max(fits, key=lambda name: gains[name], default=None)
+        if best is None or gains[best] < RIVAL:  # in full it explains no more than the baseline
+            return self._discovery("unknown", scores, baseline)
+        found, others = fits[best], rivals(gains, best)
+        left = self._misfit(found)
         if left < SIGNIFICANCE:
-            return self._discovery("unknown", (), p_value, left, scores, baseline, extended, ())
-        if others:
-            causes = (best, *others)
-            return self._discovery(
-                "ambiguous", causes, p_value, left, scores, baseline, extended, tuple(others)
-            )
-        alike = self._alike(baseline, signatures, best)
-        return self._discovery("cause", (best,), p_value, left, scores, baseline, extended, alike)
+            return self._discovery("unknown", scores, baseline, found, left)
+        verdict = "ambiguous" if others else "cause"
+        confusable = others or self._alike(baseline, signatures, best)
+        causes = (best, *others)
+        return self._discovery(verdict, scores, baseline, found, left, causes, confusable)
 
     def _misfit(self, fitted: Fitted) -> float:
         """Return the probability of what the fitted model leaves."""
@@ -252,9 +262,7 @@ class _Inquiry:
         narrow, wide = both
         return misfit_chance(narrow, wide, narrow.fit(), self._rng)
 
-    def _alike(
-        self, baseline: Fitted, signatures: Mapping[str, Array], best: str
-    ) -> tuple[str, ...]:
+    def _alike(self, baseline: Fitted, signatures: Mapping[str, Array], best: str) -> list[str]:
         """Return the suspects whose signature is nearly parallel to the best one's."""
         names = list(signatures)
         stacked = np.array(list(signatures.values()))
@@ -262,26 +270,27 @@ class _Inquiry:
         sizes = np.sqrt(np.diag(products))
         cosines = (products / sizes / sizes[:, None])[names.index(best)]
         pairs = zip(names, cosines, strict=True)
-        return tuple(n for n, cosine in pairs if n != best and abs(cosine) > ALIKE)
+        return [n for n, cosine in pairs if n != best and abs(cosine) > ALIKE]
 
     def _discovery(
         self,
         verdict: str,
-        causes: tuple[str, ...],
-        p_value: float,
-        left: float,
         scores: Mapping[str, Score],
         baseline: Fitted,
-        extended: Fitted | None,
-        confusable: tuple[str, ...],
+        extended: Fitted | None = None,
+        left: float | None = None,
+        causes: tuple[str, ...] = (),
+        confusable: Sequence[str] = (),
     ) -> Discovery:
-        gain, share = None, None
+        p_value, misfit = self._chances
+        gain, shape, share = None, None, None
         if extended is not None:
             peaks = self._observed.peak_N[:, None]
-            before, after = (peaks * fitted.left_out() for fitted in (baseline, extended))
-            gain = measure_gain(before, after, self._rng)
-            sums = [((peaks * f.remaining()) ** 2).sum() for f in (baseline, extended)]
-            share = float(1.0 - sums[1] / sums[0])
+            gain = measure_gain(peaks * baseline.left_out(), peaks * extended.left_out(), self._rng)
+            shape = measure_gain(
+                peaks * baseline.left_out_shape(), peaks * extended.left_out_shape(), self._rng
+            )
+            share = 1.0 - shape.ratio**2
         return Discovery(
             self._dataset,
             self._observed,
@@ -289,13 +298,15 @@ class _Inquiry:
             verdict,
             causes,
             p_value,
-            left,
+            misfit,
+            misfit if left is None else left,
             scores,
             baseline,
             extended,
             gain,
+            shape,
             share,
-            confusable,
+            tuple(confusable),
             self._runs.asked,
         )
 

@@ -12,6 +12,7 @@ from typing import Any
 from scipy.stats import t as student
 
 from ramiefenics.discovery import Discovery
+from ramiefenics.discovery.verdict import Gain
 from ramiefenics.results.discovery_figures import (
     left_out_figure,
     residual_figure,
@@ -54,6 +55,17 @@ def write_discovery(found: Discovery, folder: str | Path) -> Path:
     return folder
 
 
+def _gain(gain: Gain | None) -> dict[str, Any] | None:
+    if gain is None:
+        return None
+    return {
+        "rmse_before": gain.rmse_before_N,
+        "rmse_after": gain.rmse_after_N,
+        "ratio": gain.ratio,
+        "interval": list(gain.interval),
+    }
+
+
 def summarise_discovery(found: Discovery) -> dict[str, Any]:
     """Return the verdict, its numbers and the manifest, ready for JSON."""
     number = len(found.dataset.specimens)
@@ -71,22 +83,16 @@ def summarise_discovery(found: Discovery) -> dict[str, Any]:
             "unit": effect.unit,
         }
     fitted = found.baseline if found.extended is None else found.extended
-    gain = found.gain
     return {
         "verdict": found.verdict,
         "causes": list(found.causes),
         "amplitudes": amplitudes,
         "explained": found.explained,
         "p_value": found.p_value,
+        "baseline_misfit_p_value": found.baseline_misfit_p_value,
         "misfit_p_value": found.misfit_p_value,
-        "gain": None
-        if gain is None
-        else {
-            "rmse_before": gain.rmse_before_N,
-            "rmse_after": gain.rmse_after_N,
-            "ratio": gain.ratio,
-            "interval": list(gain.interval),
-        },
+        "gain": _gain(found.gain),
+        "shape_gain": _gain(found.shape_gain),
         "scores": {name: dataclasses.asdict(score) for name, score in found.scores.items()},
         "confusable_with": list(found.confusable_with),
         "log_factors": {

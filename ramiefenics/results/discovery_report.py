@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ramiefenics.discovery import Discovery
+from ramiefenics.discovery.verdict import Gain
 
 CAPTIONS = {
     "residual": "What the fit of the common parameters leaves, before and after.",
@@ -65,11 +66,11 @@ def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
             f"(what the best of them leaves has p = {found.misfit_p_value:.2g})."
         )
     assert found.gain is not None  # a suspect was fitted
-    low, high = found.gain.interval
+    assert found.shape_gain is not None
     gain = (
-        f"Specimens left out are predicted with an error of {found.gain.rmse_after_N:.2f} N "
-        f"instead of {found.gain.rmse_before_N:.2f} N "
-        f"(ratio {found.gain.ratio:.2f}, 95 % interval {low:.2f} to {high:.2f})."
+        f"Curves of specimens left out are predicted with an error of {_errors(found.gain)}; "
+        f"the shape of these curves, with the specimen's own stiffness fitted, with an error of "
+        f"{_errors(found.shape_gain)}."
     )
     if found.verdict == "ambiguous":
         return f"Something is missing ({p}): {names}, which these data do not tell apart. {gain}"
@@ -78,6 +79,14 @@ def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
     low, high = amplitude["interval"]
     size = f"{amplitude['value']:.3g}{unit} (95 % interval {low:.3g} to {high:.3g})"
     return f"The cause is {names}: {size}, {p}. {gain}"
+
+
+def _errors(gain: Gain) -> str:
+    low, high = gain.interval
+    return (
+        f"{gain.rmse_after_N:.2f} N instead of {gain.rmse_before_N:.2f} N "
+        f"(ratio {gain.ratio:.2f}, 95 % interval {low:.2f} to {high:.2f})"
+    )
 
 
 def _figure(picture: Path) -> str:
