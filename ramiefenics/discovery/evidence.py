@@ -209,12 +209,14 @@ class Evidence:
         part = np.einsum("nki,nkj,njc->ni", self._J, self._J, solved)
         return errors - fit.scatter.tau**2 * part
 
-    def explained(self, fit: Fit, signature: Array | None = None) -> Array:
-        """Return the part of the residual that is common to all specimens, shape (n, m)."""
-        part = np.zeros(self.residual.shape[:2])
+    def parts(self, fit: Fit, signature: Array | None = None) -> tuple[Array, Array]:
+        """Return what effect and common factors explain, and what the nuisance does, (n, m)."""
+        deviations = self._common_deviations(fit, signature)
+        number = self._J.shape[1]
+        explained = self._common[..., :number] @ deviations[:number]
         if signature is not None:
-            part += fit.amplitude * signature
-        return part + self._common @ self._common_deviations(fit, signature)
+            explained += fit.amplitude * signature
+        return explained, self._common[..., number:] @ deviations[number:]
 
     def draw(self, scatter: Scatter, number: int, rng: np.random.Generator) -> Array:
         """Return random residuals without any effect, shape (n, m, number)."""

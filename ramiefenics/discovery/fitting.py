@@ -67,13 +67,16 @@ class Fitted:
         """Common log factors, shape (k,)."""
         return self.evidence.common_log_factors(self.fit, self.signature)
 
-    def remaining(self) -> Array:
-        """Return what the model with its common parameters leaves, over the peaks, (n, m)."""
-        residual = self.evidence.residual[..., 0]
-        return residual - self.evidence.explained(self.fit, self.signature)
+    def remaining(self) -> tuple[Array, Array]:
+        """Return what common factors and effect leave, over the peaks, shape (n, m).
+
+        Also what of that is put down to the simulator.
+        """
+        explained, nuisance = self.evidence.parts(self.fit, self.signature)
+        return self.evidence.residual[..., 0] - explained, nuisance
 
     def left_out(self) -> Array:
-        """Return the same for each specimen by a fit to all others."""
+        """Return what a fit to all other specimens leaves of each, over the peaks, (n, m)."""
         residual = self.evidence.residual[..., 0]
         return residual - self.evidence.left_out(self.fit, self.signature)
 

@@ -19,19 +19,20 @@ def residual_figure(found: Discovery) -> Figure:
     """Draw what the baseline leaves, and what the extended model leaves, if there is one."""
     models = [("baseline", found.baseline)]
     if found.extended is not None and found.extended.curves.model.effect is not None:
-        models.append((f"with {found.extended.curves.model.effect.name}", found.extended))
+        name = found.extended.curves.model.effect.name.replace("_", " ")
+        models.append((f"with {name}", found.extended))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.2 * len(models) + 0.3, 3.6), layout="constrained")
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
         for axes, (title, fitted) in zip(panels, models, strict=True):
-            _residuals(axes, found.observed.at_mm, 100.0 * fitted.remaining())
+            _residuals(axes, found.observed.at_mm, *(100.0 * part for part in fitted.remaining()))
             axes.set_title(title, fontsize=10)
         panels[0].set_ylabel("Measured minus fitted (% of peak force)")
         panels[0].legend(fontsize=8, frameon=False)
     return figure
 
 
-def _residuals(axes: Axes, at_mm: Array, residuals: Array) -> None:
+def _residuals(axes: Axes, at_mm: Array, residuals: Array, nuisance: Array) -> None:
     mean = residuals.mean(axis=0)
     band = 2.0 * residuals.std(axis=0, ddof=1) / len(residuals) ** 0.5
     axes.plot(at_mm, residuals.T, color=GREY, lw=0.5, alpha=0.6)
@@ -39,6 +40,8 @@ def _residuals(axes: Axes, at_mm: Array, residuals: Array) -> None:
         at_mm, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label="± 2 standard errors"
     )
     axes.plot(at_mm, mean, color=BLUE, lw=2, label="mean of specimens")
+    label = "put down to the simulator"
+    axes.plot(at_mm, nuisance.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
     axes.axhline(0.0, color="k", lw=0.8)
     axes.set_xlabel("Displacement (mm)")
 

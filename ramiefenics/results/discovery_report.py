@@ -13,7 +13,8 @@ from ramiefenics.discovery import Discovery
 from ramiefenics.discovery.verdict import Gain
 
 CAPTIONS = {
-    "residual": "What the fit of the common parameters leaves, before and after.",
+    "residual": "What the fit of the common parameters leaves, before and after. Grey: specimens. "
+    "Dashed: what other meshes, and the simulator's own error, may account for.",
     "suspects": "How much more probable each suspect makes the data, its amplitude fitted.",
     "left_out": "Each specimen predicted from all others.",
 }
@@ -75,10 +76,14 @@ def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
     if found.verdict == "ambiguous":
         return f"Something is missing ({p}): {names}, which these data do not tell apart. {gain}"
     amplitude = verdict["amplitudes"][found.causes[0]]
-    unit = "" if amplitude["unit"] == "1" else f" {amplitude['unit']}"
+    unit = _unit(amplitude["unit"])
     low, high = amplitude["interval"]
     size = f"{amplitude['value']:.3g}{unit} (95 % interval {low:.3g} to {high:.3g})"
     return f"The cause is {names}: {size}, {p}. {gain}"
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"
 
 
 def _errors(gain: Gain) -> str:
@@ -106,7 +111,7 @@ def _suspects(found: Discovery) -> str:
         if score.gain is None:
             rows.append((name, "", f"not tested: {score.reason}", effect.physics))
         else:
-            size = f"{score.amplitude:.3g} ± {score.error:.2g} {effect.unit.replace('1', '', 1)}"
+            size = f"{score.amplitude:.3g} ± {score.error:.2g}{_unit(effect.unit)}"
             rows.append((name, f"{score.gain:.1f}", size, f"{effect.physics} {effect.reference}."))
     return _table(("suspect", "log-likelihood gained", "amplitude", "physics"), rows)
 
