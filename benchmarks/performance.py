@@ -2,8 +2,8 @@
 
     ./run python benchmarks/performance.py
 
-Seconds. Reads `docs/{convergence,race,ranks,growth,throughput,signatures}.json`; writes
-`docs/performance.md` and `docs/performance.png`.
+Seconds. Reads `docs/{convergence,felupe_front,race,ranks,growth,throughput,signatures}.json`, and
+writes `docs/performance.md` and `docs/performance.png`.
 """
 
 from __future__ import annotations
@@ -38,18 +38,22 @@ def machine() -> str:
     return f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, virtual and shared"
 
 
-def front(rows: dict[str, dict[str, Any]]) -> Figure:
+def front(rows: dict[str, dict[str, Any]], felupe: dict[str, dict[str, Any]]) -> Figure:
     """Draw the error of the maximum force against CPU time."""
     limit = rows[FINEST]["max_force_N"]
     marks = (("First order", VERMILION, "s-"), ("Second order", BLUE, "o-"))
+
+    def line(runs: list[dict[str, Any]], style: str, colour: str, label: str) -> None:
+        errors = [100 * (run["max_force_N"] / limit - 1) for run in runs]
+        axes.loglog([run["cpu_s"] for run in runs], errors, style, color=colour, label=label)
+
     with mpl.rc_context(STYLE):
         drawing = Figure(figsize=(5.0, 3.6), layout="constrained")
         axes = drawing.subplots()
         for family, colour, style in marks:
             names = [name for name in MESHES[family] if name != FINEST]
-            errors = [100 * (rows[name]["max_force_N"] / limit - 1) for name in names]
-            times = [rows[name]["cpu_s"] for name in names]
-            axes.loglog(times, errors, style, color=colour, label=family.lower())
+            line([rows[name] for name in names], style, colour, family.lower())
+        line(list(felupe.values()), "^--", GREY, "FElupe, first order")
         axes.axhline(1.0, color=GREY, ls=":")
         axes.set(
             xlabel="CPU time of a run to 14 mm (s)", ylabel="Maximum force over the finest mesh (%)"
@@ -87,7 +91,9 @@ on: {machine()}; one thread per process. Process CPU times unless it says otherw
 ![Error of the maximum force against CPU time, both element orders](performance.png)
 
 Of the calibration stalk with friction, to 14 mm; the error is over `{FINEST}`. All numbers are in
-[convergence.md](convergence.md).
+[convergence.md](convergence.md). FElupe has the same law, differentiated by tensortrax, and the
+meshes of the first-order ladder; penalty contact, one coefficient of friction, 0.12, and steps of
+0.25 mm, as it does not converge with longer ones (`benchmarks/peers/front.py`).
 
 ## The same problem, other codes
 
@@ -162,7 +168,7 @@ The first millimetre of travel, friction on, first-order meshes, GMRES with alge
 
 def main() -> None:
     """Write the page."""
-    front(read("convergence")).savefig(DOCS / "performance.png", dpi=200)
+    front(read("convergence"), read("felupe_front")).savefig(DOCS / "performance.png", dpi=200)
     (DOCS / "performance.md").write_text(comparison() + scaling())
 
 
