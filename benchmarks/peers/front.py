@@ -2,8 +2,8 @@
 
     ./run python benchmarks/peers/front.py --felupe PYTHON
 
-`PYTHON` as for `race.py`, with tensortrax besides. Three minutes on one core. Keeps finished runs in
-`docs/felupe_front.json`; `performance.py` draws them.
+`PYTHON` as for `race.py`, with tensortrax besides. Three minutes on one core. Keeps finished runs
+in `docs/felupe_front.json`; `performance.py` draws them.
 """
 
 from __future__ import annotations
