@@ -110,6 +110,12 @@ def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> Non
     assert runs.simulated == 1
     assert sum(done) == 2
     assert again.equals(first)
+    # forces scale with the moduli: nothing to simulate for a stalk that is stiffer as a whole
+    graded = rf.override(coarse, ["stalk.stiffness_gradient_per_m=0.5", "stalk.position_mm=500"])
+    stiffer = runs.curves([Task(graded)])[0]
+    assert runs.simulated == 1
+    simulated = rf.simulate(rf.override(graded, ["numerics.acoustic_check=false"])).curve
+    assert np.allclose(stiffer["force_N"], simulated["force_N"], rtol=1e-4)
     assert not new.equals(first)
     assert not list(tmp_path.glob("*.[0-9]*"))  # nothing half-written
 

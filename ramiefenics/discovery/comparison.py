@@ -137,10 +137,11 @@ class Simulator:
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
         return Task(dataclasses.replace(test, protocol=protocol), factors)
 
-    def linearise(self, model: Model) -> Linearised:
-        """Simulate every specimen of a baseline with derivatives."""
+    def linearise(self, model: Model, ahead: Sequence[BendingTest] = ()) -> Linearised:
+        """Simulate every specimen of a baseline with derivatives, and other tests for later."""
         tests = [model.test(specimen.test) for specimen in self._specimens]
-        curves = self._runs.curves([self._task(test, model.factors) for test in tests])
+        tasks = [self._task(test, model.factors) for test in tests]
+        curves = self._runs.curves([*(self._task(test) for test in ahead), *tasks])[len(ahead) :]
         slopes = [
             [self._slope(t, c, f.name) for f in model.factors]
             for t, c in zip(tests, curves, strict=True)

@@ -98,13 +98,16 @@ class Fitter:
 
     def __init__(self, dataset: Dataset, observed: Observed, simulator: Simulator) -> None:
         self._dataset, self._observed, self._simulator = dataset, observed, simulator
-        self._mesh_error: Array
+        self._mesh_error: Array  # relative, from the median specimen; known since the baseline
 
     def baseline(self) -> Fitted:
         """Fit the common factors."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
-        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)))
-        self._mesh_error = self._other_meshes(curves)
+        index = reference_specimen(self._dataset.specimens)
+        reference = self._dataset.specimens[index].test
+        meshes = [on_mesh(reference, mesh) for mesh in other_meshes(reference.numerics.mesh)]
+        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)), meshes)
+        self._mesh_error = self._simulator.on_meshes(curves, index, meshes)
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.common_log_factors(evidence.fit())
@@ -166,10 +169,3 @@ class Fitter:
                 share /= 2.0
                 if share < SHORTEST:
                     raise
-
-    def _other_meshes(self, curves: Linearised) -> Array:
-        """Return the relative change of force by other meshes, on the median specimen."""
-        index = reference_specimen(self._dataset.specimens)
-        test = curves.model.test(self._dataset.specimens[index].test)
-        tests = [on_mesh(test, mesh) for mesh in other_meshes(test.numerics.mesh)]
-        return self._simulator.on_meshes(curves, index, tests)

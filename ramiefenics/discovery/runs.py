@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import dolfinx
 import joblib
@@ -22,6 +23,9 @@ from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
 from ramiefenics.specification.files import to_dict
 
 RUNS = CACHE.parent / "runs"
+
+MODULUS_MPA = 1000.0
+"""Of the outermost layer along the fibres in what is simulated."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,8 @@ class Task:
 
     def key(self) -> str:
         """Return a name for what comes out: of the specification, the program and its solver."""
-        content = [to_dict(_bare(self.test)), [to_dict(factor) for factor in self.factors]]
+        test, _ = bare(self.test)
+        content = [_rounded(to_dict(test)), [to_dict(factor) for factor in self.factors]]
         text = json.dumps([content, _program()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -96,21 +101,24 @@ class Runs:
                 partial.rename(self._path(key))  # never half a file under that name
             self.simulated += 1
             self._on_done(1)
-        return [pd.read_csv(self._path(key)) for key in keys]
+        curves = [pd.read_csv(self._path(key)) for key in keys]
+        for task, curve in zip(tasks, curves, strict=True):
+            curve[curve.columns[1:]] *= bare(task.test)[1]
+        return curves
 
     def _path(self, key: str) -> Path:
         return self._folder / f"{key}.csv"
 
 
 def run(task: Task) -> tuple[Task, str]:
-    """Do a task in this process; return it with its curve as CSV."""
+    """Do a task in this process; return it with its curve as CSV, in `bare` moduli."""
     from mpi4py import MPI
 
     from ramiefenics.solve.sensitivity import Parameter, sensitivities
     from ramiefenics.solve.simulate import simulate
 
     warnings.simplefilter("ignore", SpecificationWarning)
-    test = _bare(task.test)
+    test, _ = bare(task.test)
     if task.factors:
         parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in task.factors}
         curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
@@ -124,20 +132,32 @@ def run(task: Task) -> tuple[Task, str]:
     return task, text.getvalue()
 
 
-def _bare(test: BendingTest) -> BendingTest:
-    """Return the simplest specification with the same curve."""
+def bare(test: BendingTest) -> tuple[BendingTest, float]:
+    """Return the simplest specification whose forces are proportional, and the factor to them.
+
+    Where all stresses scale with the moduli, so do forces: one simulation serves all stalks that
+    differ by a factor on all moduli.
+    """
     stalk = test.stalk
-    layers = tuple(
-        replace(layer, material=layer.material.scaled(stalk.stiffness_factor))
-        for layer in stalk.layers
-    )
+    factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA
+    scale = stalk.stiffness_factor / factor
+    layers = tuple(replace(layer, material=layer.material.scaled(scale)) for layer in stalk.layers)
     stalk = replace(stalk, layers=layers, position_mm=0.0, stiffness_gradient_per_m=0.0)
     if stalk.taper == 0.0:
         stalk = replace(stalk, measured_at_mm=0.0)
     numerics = replace(
         test.numerics, acoustic_check=False, mesh=replace(test.numerics.mesh, name="")
     )
-    return replace(test, stalk=stalk, machine=Machine(), numerics=numerics)
+    return replace(test, stalk=stalk, machine=Machine(), numerics=numerics), factor
+
+
+def _rounded(value: Any) -> Any:
+    """Return nested content with numbers to twelve digits: rounding must not tell tests apart."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return f"{value:.12g}" if isinstance(value, float) else value
 
 
 @functools.cache
