@@ -5,7 +5,14 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from ramiefenics.discovery.evidence import FACTOR_SD, WHITE, Evidence, Scatter
-from ramiefenics.discovery.verdict import chance, measure_gain, misfit_chance, rivals, smooth
+from ramiefenics.discovery.verdict import (
+    chance,
+    measure_gain,
+    misfit_chance,
+    rivals,
+    smooth,
+    steadiness,
+)
 
 N, M = 5, 12
 X = (np.arange(M) + 1.0) / M
@@ -140,3 +147,17 @@ def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
         own = fit.scatter.tau**2 * by_factors[s].T @ by_factors[s]
         whole = fit.scatter.sigma**2 * noise + own
         assert np.allclose(errors[s] - own @ np.linalg.solve(whole, errors[s]), left[s], atol=1e-10)
+
+
+def test_one_specimen_cannot_speak_for_an_effect(curves):
+    by_factors, nuisance, signature = curves
+    clean = Evidence(np.zeros((N, M)), by_factors, nuisance)
+    noise = clean.draw(SCATTER, 1, np.random.default_rng(10))[..., 0]
+    for everywhere, size in ((True, 0.05), (False, 0.3)):
+        share = np.ones(N) if everywhere else np.eye(N)[2]
+        evidence = Evidence(noise + size * share[:, None] * signature, by_factors, nuisance)
+        gain = evidence.fit(signature, (-1, 1)).log_likelihood - evidence.fit().log_likelihood
+        least, specimen = steadiness(evidence, signature, (-1.0, 1.0))
+        assert gain > 5.0
+        assert (least > 3.0) == everywhere
+        assert everywhere or specimen == 2

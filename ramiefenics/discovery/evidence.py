@@ -101,6 +101,12 @@ class Evidence:
         where = np.arange(residual.shape[1]) / residual.shape[1]
         self._distance = np.abs(where[:, None] - where)
 
+    def without(self, specimen: int) -> Evidence:
+        """Return the evidence of all specimens but one."""
+        nuisance = self._common.transpose(0, 2, 1)[:, self._J.shape[1] :]
+        parts = (self.residual[..., 0], self._J, nuisance)
+        return Evidence(*(np.delete(part, specimen, axis=0) for part in parts))
+
     def with_nuisance(self, columns: Array) -> Evidence:
         """Return the evidence with more nuisance, shape (n, q, m)."""
         nuisance = self._common.transpose(0, 2, 1)[:, self._J.shape[1] :]

@@ -25,6 +25,7 @@ from ramiefenics.discovery.verdict import (
     measure_gain,
     misfit_chance,
     rivals,
+    steadiness,
 )
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -189,7 +190,9 @@ class _Inquiry:
                 self._rng,
             )
         self._chances = p_value, self._misfit(baseline)
-        if p_value >= SIGNIFICANCE:
+        if p_value < SIGNIFICANCE:
+            self._drop_unsteady(baseline, signatures, scores)
+        if p_value >= SIGNIFICANCE or not signatures:
             verdict = "none" if self._chances[1] >= SIGNIFICANCE else "unknown"
             return self._discovery(verdict, scores, baseline)
         return self._name(baseline, signatures, scores)
@@ -214,6 +217,22 @@ class _Inquiry:
             signatures[name] = signature
             scores[name] = Score(gain, fit.amplitude, fit.error)
         return signatures, scores
+
+    def _drop_unsteady(
+        self, baseline: Fitted, signatures: dict[str, Array], scores: dict[str, Score]
+    ) -> None:
+        """Drop suspects that one specimen alone speaks for, and those that gain too little."""
+        for name in list(signatures):
+            if (scores[name].gain or 0.0) < RIVAL:
+                del signatures[name]
+                continue
+            limits = self._effects[name].bounds
+            least, specimen = steadiness(baseline.evidence, signatures[name], limits)
+            if least < RIVAL:
+                who = self._dataset.specimens[specimen].name
+                reason = f"rests on {who}: without it the gain is {least:.1f}"
+                scores[name] = dataclasses.replace(scores[name], reason=reason)
+                del signatures[name]
 
     def _name(
         self,

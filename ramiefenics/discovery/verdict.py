@@ -40,13 +40,26 @@ class Score:
     amplitude, error
         Best value and its standard deviation.
     reason
-        Why it cannot be tested, else empty.
+        Why it cannot be tested, or is not believed; else empty.
     """
 
     gain: float | None
     amplitude: float = 0.0
     error: float = 0.0
     reason: str = ""
+
+
+def steadiness(
+    evidence: Evidence, signature: Array, limits: tuple[float, float]
+) -> tuple[float, int]:
+    """Return the least gain when one specimen is left out, and which: none may decide alone."""
+    gains = []
+    for specimen in range(len(signature)):
+        rest = evidence.without(specimen)
+        best = rest.fit(np.delete(signature, specimen, axis=0), limits)
+        gains.append(best.log_likelihood - rest.fit().log_likelihood)
+    least = int(np.argmin(gains))
+    return gains[least], least
 
 
 def smooth(specimens: int, points: int) -> Array:

@@ -60,7 +60,9 @@ def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
     names = " or ".join(name.replace("_", " ") for name in found.causes)
     p = f"p = {found.p_value:.2g}"
     if found.verdict == "none":
-        return f"Nothing is missing that these data could show ({p})."
+        alone = [n for n, s in found.scores.items() if s.gain is not None and s.reason]
+        but = f", though {', '.join(alone)} would explain a single specimen" if alone else ""
+        return f"Nothing is missing that these data could show ({p}){but}."
     if found.verdict == "unknown":
         return (
             "Something is missing, and it is none of the suspects "
@@ -112,7 +114,9 @@ def _suspects(found: Discovery) -> str:
             rows.append((name, "", f"not tested: {score.reason}", effect.physics))
         else:
             size = f"{score.amplitude:.3g} ± {score.error:.2g}{_unit(effect.unit)}"
-            rows.append((name, f"{score.gain:.1f}", size, f"{effect.physics} {effect.reference}."))
+            note = f" ({score.reason})" if score.reason else ""
+            text = f"{effect.physics} {effect.reference}."
+            rows.append((name, f"{score.gain:.1f}", size + note, text))
     return _table(("suspect", "log-likelihood gained", "amplitude", "physics"), rows)
 
 
