@@ -126,7 +126,8 @@ def discover_command(
         try:
             found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
         except KeyboardInterrupt:
-            typer.echo("ramiefenics: interrupted; what is simulated is kept, so run it again")
+            kept = "what is simulated is kept, so run it again"
+            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
             raise typer.Exit(130) from None
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")

@@ -10,7 +10,9 @@ for the whole tube (4 times the quarter). Needs felupe (11.3 or newer) and pypar
 
 import argparse
 import csv
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import felupe as fem
 import numpy as np
@@ -18,14 +20,14 @@ from pypardiso import PyPardisoSolver
 from scipy.sparse import csr_matrix, triu
 
 YOUNG = {1: 30.0, 2: 120.0}  # MPa, of the volume tags xylem and phloem
-OUTER, SYMMETRY_X, SYMMETRY_Z = 11, 13, 14  # surface tags
+SURFACES = (11, 13, 14)  # tags of the outer surface and of the symmetry planes across X and Z
 CYLINDER_RADIUS = 5.0  # mm
 TUBE_RADIUS = 7.115  # mm
 SUPPORT_Z = 50.0  # mm
 CONTACT_REACH = 15.0  # mm along z from a cylinder's axis within which the tube may touch it
 PENALTY = 200.0  # N/mm3
 ELASTIC_SLIP = 0.01  # mm, of sticking nodes under friction
-STEPS = 14  # of 1 mm
+END = 14.0  # mm
 SETTLE = 1e-3  # mm, initial penetration of the support: without it nothing would hold the tube
 TOLERANCE = 1e-6  # of the residual, relative to the reaction forces
 
@@ -105,30 +107,39 @@ class Pardiso(PyPardisoSolver):
         return self._call_pardiso(matrix, self._check_b(matrix, right))
 
 
+def neo_hooke(tag: int) -> fem.NeoHooke:
+    """Material of a volume tag."""
+    return fem.NeoHooke(mu=YOUNG[tag] / 2.6, bulk=YOUNG[tag] / 1.2)
+
+
 class Model:
     """The quarter tube, its two cylinders, and the displacement found so far."""
 
-    def __init__(self, path: Path, friction: float) -> None:
+    def __init__(
+        self,
+        path: Path,
+        friction: float,
+        material: Callable[[int], Any] = neo_hooke,
+        tags: tuple[int, int, int] = SURFACES,
+    ) -> None:
         points, volumes, surfaces = read_mesh(path)
-        areas = np.append(nodal_areas(points, surfaces[OUTER]), [0.0, 0.0])
+        outer, symmetry_x, symmetry_z = (surfaces[tag] for tag in tags)
+        areas = np.append(nodal_areas(points, outer), [0.0, 0.0])
         self.indenter, support = len(points), len(points) + 1
         height = TUBE_RADIUS + CYLINDER_RADIUS
         centers = [[0.0, height, 0.0], [0.0, -height, SUPPORT_Z]]
         points = np.vstack([points, centers])
         self.field = displacement(points, np.concatenate(list(volumes.values())))
         self.items: list = [
-            fem.SolidBody(
-                fem.NeoHooke(mu=YOUNG[tag] / 2.6, bulk=YOUNG[tag] / 1.2),
-                displacement(points, cells),
-            )
+            fem.SolidBody(material(tag), displacement(points, cells))
             for tag, cells in volumes.items()
         ]
         for center in (self.indenter, support):
             self.items += cylinder_contacts(self.field, center, areas, friction)
         self.held = np.concatenate(
             [
-                3 * np.unique(surfaces[SYMMETRY_X]),
-                3 * np.unique(surfaces[SYMMETRY_Z]) + 2,
+                3 * np.unique(symmetry_x),
+                3 * np.unique(symmetry_z) + 2,
                 3 * self.indenter + np.arange(6),
             ]
         )
@@ -156,17 +167,26 @@ class Model:
         return result.x[0].values.copy(), force, result.iterations
 
 
-def bend(model: Model) -> list[tuple[int, float]]:
-    """Depth of the indenter and its force after each step."""
+def bend(model: Model, step: float = 1.0) -> list[tuple[float, float]]:
+    """Depth of the indenter and its force after each step, mm and N."""
     before = now = model.field[0].values.copy()
     forces = []
-    for depth in range(1, STEPS + 1):
-        guess = 2 * now - before if depth > 2 else now
+    for number in range(1, round(END / step) + 1):
+        depth = number * step
+        guess = 2 * now - before if number > 2 else now
         before = now
         now, force, iterations = model.push(depth, guess)
         forces.append((depth, force))
-        print(f"{depth:3d} mm  {force:9.4f} N  {iterations} iterations", flush=True)
+        print(f"{depth:5.2f} mm  {force:9.4f} N  {iterations} iterations", flush=True)
     return forces
+
+
+def write(forces: list[tuple[float, float]], path: Path) -> None:
+    """Write depths and forces as CSV."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["displacement_mm", "force_N"])
+        writer.writerows((f"{depth:g}", f"{force:.5f}") for depth, force in forces)
 
 
 def main() -> None:
@@ -176,11 +196,7 @@ def main() -> None:
     parser.add_argument("--friction", type=float, default=0.0, help="Coulomb coefficient")
     parser.add_argument("--out", type=Path, default=Path("forces.csv"))
     options = parser.parse_args()
-    forces = bend(Model(options.mesh, options.friction))
-    with options.out.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["displacement_mm", "force_N"])
-        writer.writerows((depth, f"{force:.5f}") for depth, force in forces)
+    write(bend(Model(options.mesh, options.friction)), options.out)
 
 
 if __name__ == "__main__":

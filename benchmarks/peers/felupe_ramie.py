@@ -8,20 +8,17 @@ law, by layer.
 """
 
 import argparse
-import csv
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import felupe as fem
-import felupe_bend
-import numpy as np
 import tensortrax.math as tm
-from felupe_bend import Model, displacement
+from felupe_bend import Model, bend, write
 
-OUTER, SYMMETRY_X, SYMMETRY_Z = 101, 104, 105
-STEP, END = 0.25, 14.0  # mm
+SURFACES = (101, 104, 105)  # as felupe_bend's
+STEP = 0.25  # mm
 
 
 def energy(C: Any, p: Mapping[str, float]) -> Any:
@@ -49,36 +46,6 @@ def energy(C: Any, p: Mapping[str, float]) -> Any:
     )
 
 
-def stalk(mesh: Path, parameters: list[dict[str, float]], friction: float) -> Model:
-    """Return the model of the tube with other materials and surface tags."""
-    felupe_bend.OUTER, felupe_bend.SYMMETRY_X = OUTER, SYMMETRY_X
-    felupe_bend.SYMMETRY_Z = SYMMETRY_Z
-    model = Model(mesh, friction)
-    points, volumes, _ = felupe_bend.read_mesh(mesh)
-    points = np.vstack([points, model.field.region.mesh.points[-2:]])
-    bodies = [
-        fem.SolidBody(
-            fem.Hyperelastic(energy, p=parameters[tag - 1]), displacement(points, volumes[tag])
-        )
-        for tag in sorted(volumes)
-    ]
-    model.items = [*bodies, *(item for item in model.items if not isinstance(item, fem.SolidBody))]
-    return model
-
-
-def bend(model: Model) -> list[tuple[float, float]]:
-    """Depth of the indenter and its force after each step."""
-    before = now = model.field[0].values.copy()
-    forces = []
-    for number in range(1, round(END / STEP) + 1):
-        guess = 2 * now - before if number > 2 else now
-        before = now
-        now, force, iterations = model.push(number * STEP, guess)
-        forces.append((number * STEP, force))
-        print(f"{number * STEP:5.2f} mm  {force:9.4f} N  {iterations} iterations", flush=True)
-    return forces
-
-
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -87,11 +54,12 @@ def main() -> None:
     parser.add_argument("--friction", type=float, default=0.12)
     parser.add_argument("--out", type=Path, default=Path("forces.csv"))
     options = parser.parse_args()
-    forces = bend(stalk(options.mesh, json.loads(options.parameters.read_text()), options.friction))
-    with options.out.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["displacement_mm", "force_N"])
-        writer.writerows((f"{depth:g}", f"{force:.5f}") for depth, force in forces)
+    layers = json.loads(options.parameters.read_text())
+
+    def material(tag: int) -> fem.Hyperelastic:
+        return fem.Hyperelastic(energy, p=layers[tag - 1])
+
+    write(bend(Model(options.mesh, options.friction, material, SURFACES), STEP), options.out)
 
 
 if __name__ == "__main__":

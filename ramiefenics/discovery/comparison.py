@@ -15,7 +15,7 @@ from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset, Specimen
-from ramiefenics.specification import BendingTest, Machine, SpecificationError
+from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS = 28
 """Displacements at which curves are compared: noise is correlated over about one such interval."""
@@ -163,8 +163,8 @@ class Simulator:
         by_effect = last.by_effect
         if beside:
             by_effect = (self._predictions(beside, curves[len(tests) :]) - force) / step
-        ratio = force / np.where(last.force > 0.0, last.force, np.inf)
-        return Linearised(model, force, last.by_factors * ratio[:, None], by_effect)
+        by_factors = last.by_factors * _over(force, last.force)[:, None]
+        return Linearised(model, force, by_factors, by_effect)
 
     def signature(self, base: Linearised, effect: Effect) -> Array:
         """Return the change of every curve by the effect's typical amplitude, per unit of it.
@@ -182,7 +182,7 @@ class Simulator:
     def on_meshes(self, base: Linearised, index: int, meshes: Sequence[BendingTest]) -> Array:
         """Return one specimen's relative change of force on other meshes, shape (meshes, m)."""
         curves = self._runs.curves([self._task(test) for test in meshes])
-        return self._predictions(meshes, curves) / base.force[index] - 1.0
+        return _over(self._predictions(meshes, curves), base.force[index]) - 1.0
 
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])
@@ -199,17 +199,26 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     Raises
     ------
     SpecificationError
-        If the simulated curve ends before.
+        If the simulated curve ends before, or goes back: a soft machine unloads by more than the
+        indenter goes on.
     """
-    machine: Machine = test.machine
     force = curve["force_N"].to_numpy()
-    displacement = machine.displacement(curve["displacement_mm"].to_numpy(), force)
+    displacement = test.machine.displacement(curve["displacement_mm"].to_numpy(), force)
+    if np.any(np.diff(displacement) <= 0.0):
+        compliance = test.machine.compliance_mm_per_N
+        allowed = "must be low enough for the recorded displacement to increase throughout"
+        raise SpecificationError("machine.compliance_mm_per_N", compliance, allowed)
     if displacement[-1] < at_mm[-1] - 1e-9:
         allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
         raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)
     inside = np.minimum(at_mm, displacement[-1])
     found = Akima1DInterpolator(displacement, force)(inside)
     return np.where(at_mm <= displacement[0], 0.0, found)
+
+
+def _over(force: Array, other: Array) -> Array:
+    """Return a ratio of forces, zero where there is none."""
+    return np.asarray(force / np.where(other > 0.0, other, np.inf))
 
 
 def _step(effect: Effect, amplitude: float) -> float:

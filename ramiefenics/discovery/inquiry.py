@@ -22,10 +22,10 @@ from ramiefenics.discovery.verdict import (
     Gain,
     Score,
     chance,
+    gains_without_each,
     measure_gain,
     misfit_chance,
     rivals,
-    steadiness,
 )
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -222,17 +222,18 @@ class _Inquiry:
         self, baseline: Fitted, signatures: dict[str, Array], scores: dict[str, Score]
     ) -> None:
         """Drop suspects that one specimen alone speaks for, and those that gain too little."""
-        for name in list(signatures):
-            if (scores[name].gain or 0.0) < RIVAL:
-                del signatures[name]
+        names = list(signatures)
+        limits = [self._effects[name].bounds for name in names]
+        stacked = np.array(list(signatures.values()))
+        without = gains_without_each(baseline.evidence, stacked, limits)
+        for name, gains in zip(names, without, strict=True):
+            if gains.min() >= RIVAL:
                 continue
-            limits = self._effects[name].bounds
-            least, specimen = steadiness(baseline.evidence, signatures[name], limits)
-            if least < RIVAL:
-                who = self._dataset.specimens[specimen].name
-                reason = f"rests on {who}: without it the gain is {least:.1f}"
+            del signatures[name]
+            if (scores[name].gain or 0.0) >= RIVAL:
+                who = self._dataset.specimens[int(gains.argmin())].name
+                reason = f"rests on {who}: without it the gain is {gains.min():.1f}"
                 scores[name] = dataclasses.replace(scores[name], reason=reason)
-                del signatures[name]
 
     def _name(
         self,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.evidence import Array, Evidence, Fit, all_scatters
+from ramiefenics.discovery.evidence import Array, Evidence, Fit, Scatter, all_scatters
 
 SIGNIFICANCE = 0.005
 """Probability, without any effect, of a likelihood ratio like the best suspect's."""
@@ -49,17 +49,34 @@ class Score:
     reason: str = ""
 
 
-def steadiness(
-    evidence: Evidence, signature: Array, limits: tuple[float, float]
-) -> tuple[float, int]:
-    """Return the least gain when one specimen is left out, and which: none may decide alone."""
+def gains_over_nothing(
+    evidence: Evidence,
+    scatters: Sequence[Scatter],
+    signatures: Array,
+    limits: Sequence[tuple[float, float]],
+    residuals: Array,
+) -> Array:
+    """Return what signatures gain in log-likelihood, shape (E, B); see `Evidence.likelihoods`."""
+    nothing = np.zeros_like(signatures[:1])
+    values, _, _ = evidence.likelihoods(
+        scatters, np.concatenate([nothing, signatures]), [(0.0, 0.0), *limits], residuals
+    )
+    best = values.max(axis=0)
+    return np.asarray(best[1:] - best[0])
+
+
+def gains_without_each(
+    evidence: Evidence, signatures: Array, limits: Sequence[tuple[float, float]]
+) -> Array:
+    """Return what signatures gain where one specimen is left out, shape (E, n).
+
+    No single specimen, whose mesh error or handling may be its own, is to decide.
+    """
     gains = []
-    for specimen in range(len(signature)):
-        rest = evidence.without(specimen)
-        best = rest.fit(np.delete(signature, specimen, axis=0), limits)
-        gains.append(best.log_likelihood - rest.fit().log_likelihood)
-    least = int(np.argmin(gains))
-    return gains[least], least
+    for specimen in range(signatures.shape[1]):
+        rest, others = evidence.without(specimen), np.delete(signatures, specimen, axis=1)
+        gains.append(gains_over_nothing(rest, all_scatters(), others, limits, rest.residual)[:, 0])
+    return np.array(gains).T
 
 
 def smooth(specimens: int, points: int) -> Array:
@@ -73,7 +90,7 @@ def chance(
     evidence: Evidence,
     fit: Fit,
     signatures: Array,
-    limits: list[tuple[float, float]],
+    limits: Sequence[tuple[float, float]],
     best_gain: float,
     rng: np.random.Generator,
 ) -> float:
@@ -84,12 +101,7 @@ def chance(
     """
     scatters = all_scatters(fit.scatter.length)
     draws = evidence.draw(fit.scatter, DRAWS, rng)
-    nothing = np.zeros_like(signatures[:1])
-    values, _, _ = evidence.likelihoods(
-        scatters, np.concatenate([nothing, signatures]), [(0.0, 0.0), *limits], draws
-    )
-    best = values.max(axis=0)
-    gains = best[1:].max(axis=0) - best[0]
+    gains = gains_over_nothing(evidence, scatters, signatures, limits, draws).max(axis=0)
     return float((1 + (gains >= best_gain).sum()) / (1 + DRAWS))
 
 
