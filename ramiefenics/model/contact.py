@@ -36,6 +36,10 @@ SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 """By element order; finer than the volume's, because the edge of contact cuts facets."""
 
 
+LOOSE = 0.02
+"""Slip per travel at which the coefficient of friction has lost all but 1/e of what the static one
+exceeds the dynamic one by: small, as Coulomb knows rest and motion only."""
+
 GAP_LIMIT = 0.1
 """Nothing touches across a gap wider than this multiple of the surface cells' thickness. At a
 solution gaps of touching points are far smaller; on the way to one, a cell crushed by a rash Newton
@@ -186,9 +190,9 @@ class Contact:
         tolerance = self._method.slip_tolerance
         self._slip = slip(u, self._previous, self._motion)
         last = slip(self._previous, self._before_previous, self._last_motion)
-        # the addend keeps the root differentiable where nothing has slipped yet
-        last_rate = ufl.sqrt(ufl.dot(last, last) / self._last_travel**2 + 1e-6 * tolerance**2)
-        decay = ufl.exp(-last_rate / tolerance)
+        last_rate_squared = ufl.dot(last, last) / self._last_travel**2
+        # of the fourth order: the creep of sticking points, by the regularisation, is no slip
+        decay = ufl.exp(-((last_rate_squared / LOOSE**2) ** 2))
         self._static = fem.Constant(mesh, self._friction.static)
         self._dynamic = fem.Constant(mesh, self._friction.dynamic)
         coefficient = self._dynamic + (self._static - self._dynamic) * decay

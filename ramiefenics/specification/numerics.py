@@ -28,8 +28,7 @@ class ContactMethod:
     slip_tolerance
         Coulomb's law is regularised to ``mu p s / sqrt(s^2 + s_0^2)``, with s the slip and s_0
         this multiple of the indenter's travel, both per step; points that slip less than s_0
-        are reported as sticking. Also the slip per travel at which the coefficient decays from
-        static to dynamic.
+        are reported as sticking.
     """
 
     theta: int = 0
