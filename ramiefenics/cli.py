@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `discover`, `mesh`, `specification`."""
+"""The command line: `ramiefenics bend`, `discover`, `mesh`, `specification`, `verify`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
+    SpecificationWarning,
     mesh_recipe,
     override,
     published_test,
@@ -132,6 +133,34 @@ def discover_command(
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
     typer.echo(f"results in {folder}")
+
+
+@app.command()
+def verify(
+    studies: Annotated[
+        list[str] | None, typer.Argument(help="Which; all by default, see docs/verification.md.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
+) -> None:
+    """Check the solver against exact solutions, theories and other codes."""
+    folder = _check_writable(out)
+    from rich.progress import track
+
+    from ramiefenics.results.verification_report import write_verification
+    from ramiefenics.verification import STUDIES
+
+    for name in studies or []:
+        if name not in STUDIES:
+            raise SpecificationError("studies", name, f"must be one of {', '.join(STUDIES)}")
+    warnings.simplefilter("ignore", SpecificationWarning)
+    done = {name: STUDIES[name]() for name in track(studies or list(STUDIES), "verifying")}
+    for study in done.values():
+        for check in study.checks:
+            verdict = "holds" if check.passed else "FAILS"
+            typer.echo(f"{verdict}  {study.title}: {check.what} {check.value:.6g}, {check.limits}")
+    typer.echo(f"report in {write_verification(done, folder)}")
+    if not all(check.passed for study in done.values() for check in study.checks):
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -6,53 +6,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-import ufl
-from dolfinx import fem
-from dolfinx import mesh as dmesh
-from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from ramiefenics import Closure, Elastic, Material
-from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws import LAWS
 from ramiefenics.specification.published import PHLOEM, XYLEM
+from ramiefenics.verification.point import Point
 
 VOIGT = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
-
-
-class Point:
-    """One material point: energy, stress and tangent of a law at a given F."""
-
-    def __init__(self, law: str, material: Material) -> None:
-        self._mesh = dmesh.create_unit_cube(
-            MPI.COMM_SELF, 1, 1, 1, cell_type=dmesh.CellType.hexahedron
-        )
-        self._F = fem.Constant(self._mesh, np.eye(3))
-        F = ufl.variable(self._F)
-        parameters = LAWS[law].parameters(material)
-        constants = {name: fem.Constant(self._mesh, value) for name, value in parameters.items()}
-        energy = LAWS[law].energy(F, constants)
-        stress = ufl.diff(energy, F)
-        middle = np.full((1, 3), 0.5)
-        self._expressions = [
-            compile_expression(expression, middle)
-            for expression in (energy, stress, ufl.diff(stress, F))
-        ]
-
-    def _evaluate(self, which: int, F: NDArray[np.float64]) -> NDArray[np.float64]:
-        self._F.value[:] = F
-        cell = np.zeros(1, dtype=np.int32)
-        return np.asarray(self._expressions[which].eval(self._mesh, cell)).reshape(-1)
-
-    def energy(self, F: NDArray[np.float64]) -> float:
-        return float(self._evaluate(0, F)[0])
-
-    def stress(self, F: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._evaluate(1, F).reshape(3, 3)
-
-    def tangent(self, F: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._evaluate(2, F).reshape(3, 3, 3, 3)
 
 
 @pytest.fixture(scope="module", params=sorted(set(LAWS) - {"isotropic"}))

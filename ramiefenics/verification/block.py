@@ -1,0 +1,133 @@
+"""Rectangular blocks of hexahedra, and boundary value problems on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.solid import Solid
+from ramiefenics.solve.newton import Newton, NewtonOutcome
+from ramiefenics.verification.study import Array
+
+Field = Callable[[Array], Array]
+"""From points, shape (3, n), to vectors, same shape."""
+
+
+def block(x: Array, y: Array, z: Array) -> dmesh.Mesh:
+    """Return first-order hexahedra between coordinates along each axis, mm, on this rank."""
+    axes = (x, y, z)
+    counts = [len(axis) - 1 for axis in axes]
+    corners = [np.zeros(3), np.array(counts, dtype=float)]
+    mesh = dmesh.create_box(MPI.COMM_SELF, corners, counts, dmesh.CellType.hexahedron)
+    points = mesh.geometry.x
+    for k, axis in enumerate(axes):
+        points[:, k] = np.interp(points[:, k], np.arange(len(axis)), axis)
+    return mesh
+
+
+def second_order(mesh: dmesh.Mesh) -> dmesh.Mesh:
+    """Return a mesh with the same cells of second order, 27 nodes each."""
+    space = fem.functionspace(mesh, ("Lagrange", 2))
+    points = space.tabulate_dof_coordinates()
+    element = basix.ufl.element("Lagrange", "hexahedron", 2, shape=(3,))
+    return dmesh.create_mesh(MPI.COMM_SELF, cells=space.dofmap.list, x=points, e=element)
+
+
+def layers(mesh: dmesh.Mesh, interfaces_mm: Sequence[float] = ()) -> dmesh.MeshTags:
+    """Tag cells by layers along Y, 1 below the first interface."""
+    cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
+    middle = dmesh.compute_midpoints(mesh, 3, cells)[:, 1]
+    tags = 1 + np.searchsorted(np.asarray(interfaces_mm), middle)
+    return dmesh.meshtags(mesh, 3, cells, tags.astype(np.int32))
+
+
+def on_planes(mesh: dmesh.Mesh, axis: int, *at_mm: float) -> NDArray[np.int32]:
+    """Return the boundary facets in any of some planes across an axis."""
+    return dmesh.locate_entities_boundary(
+        mesh, 2, lambda x: np.isclose(x[axis], np.array(at_mm)[:, None], atol=1e-6).any(axis=0)
+    )
+
+
+def all_around(mesh: dmesh.Mesh) -> NDArray[np.int32]:
+    """Return all boundary facets."""
+    return dmesh.locate_entities_boundary(mesh, 2, lambda x: np.full(x.shape[1], True))
+
+
+def hold(solid: Solid, at: NDArray[np.int32], axis: int) -> fem.DirichletBC:
+    """Hold a displacement component on facets; its function `g` can be given other values."""
+    space = solid.space.sub(axis)
+    scalar, _ = space.collapse()
+    dofs = fem.locate_dofs_topological((space, scalar), 2, at)
+    return fem.dirichletbc(fem.Function(scalar), dofs, space)
+
+
+def prescribe(solid: Solid, at: NDArray[np.int32], value: Field) -> fem.DirichletBC:
+    """Prescribe the displacement on facets, mm."""
+    prescribed = fem.Function(solid.space)
+    prescribed.interpolate(value)
+    return fem.dirichletbc(prescribed, fem.locate_dofs_topological(solid.space, 2, at))
+
+
+class BoundaryValueProblem:
+    """A solid with Dirichlet conditions and any other terms of the weak form.
+
+    Parameters
+    ----------
+    solid
+        The material.
+    bcs
+        What is prescribed.
+    more
+        From the test function to more terms of the residual.
+    """
+
+    def __init__(
+        self,
+        solid: Solid,
+        bcs: list[fem.DirichletBC],
+        more: Callable[[Expr], Expr] | None = None,
+    ) -> None:
+        self.solid, self.bcs = solid, bcs
+        u = solid.displacement
+        v, du = ufl.TestFunction(solid.space), ufl.TrialFunction(solid.space)
+        internal = ufl.derivative(solid.energy(), u, v)
+        weak = internal if more is None else internal + more(v)
+        self.residual = compile_form(weak)
+        self.jacobian = compile_form(ufl.derivative(weak, u, du))
+        self._internal = compile_form(internal)
+        self._newton = Newton(self.residual, self.jacobian, u, bcs, 30)
+
+    def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> NewtonOutcome:
+        """Solve from the current displacement, which takes on what is prescribed.
+
+        Raises
+        ------
+        RuntimeError
+            If Newton's method does not converge.
+        """
+        u = self.solid.displacement
+        for bc in self.bcs:
+            bc.set(u.x.array)
+        outcome = self._newton.solve(tolerance_N, largest_update_mm)
+        if not outcome.converged:
+            raise RuntimeError(f"the verification problem has no solution: {outcome.reason}")
+        return outcome
+
+    def reactions(self) -> Array:
+        """Return the internal forces at all degrees of freedom, N, shape (nodes, 3)."""
+        return np.asarray(fem.assemble_vector(self._internal).array.reshape(-1, 3))
+
+
+def norm(form: Any) -> float:
+    """Return the root of a functional."""
+    return float(fem.assemble_scalar(compile_form(form))) ** 0.5

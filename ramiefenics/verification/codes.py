@@ -1,0 +1,138 @@
+"""Layered tubes on a mesh from a file, against other codes."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from dolfinx import fem
+from mpi4py import MPI
+
+from ramiefenics.model.solid import Solid
+from ramiefenics.model.tube import SURFACES, TubeMesh, read_tube
+from ramiefenics.solve.simulate import simulate
+from ramiefenics.specification import (
+    BendingTest,
+    Elastic,
+    Layer,
+    Material,
+    SpecificationWarning,
+    Stalk,
+    override,
+)
+from ramiefenics.verification.block import BoundaryValueProblem
+from ramiefenics.verification.study import Plot, Series, Study, at_most
+
+DATA = Path(__file__).parent / "data"
+
+TAGS = {11: "outer", 12: "inner", 13: "symmetry_x", 14: "symmetry_z", 15: "ends"}
+
+PINNED_TO_MM, PINNED_STEP_MM = 2.5, 0.25
+
+GROUND_SPRINGS = {"CalculiX": 0.06, "GetFEM": 0.06}
+"""Stiffness, N/mm, of soft springs to the ground that take a part of the supports' force, which
+these codes give; added here to have the indenter's."""
+
+AGREE_FROM_MM = 4.0
+"""From here on the other codes agree within 1.5 %; before, their contact discretisations differ."""
+
+
+def tube() -> TubeMesh:
+    """Read the mesh that all codes used."""
+    return read_tube(DATA / "tube_L1.msh", MPI.COMM_SELF, TAGS)
+
+
+def pinned_forces() -> dict[float, float]:
+    """Return force, N, by displacement, mm, of the tube pushed and held by whole sections."""
+    mesh = tube()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SpecificationWarning)
+        xylem = Material(Elastic(7.67, 320.0, 0.32, 0.04, 69.0, G_XY_MPa=2.95))
+    phloem = Material(Elastic(2.27, 1919.08, 0.29, 0.004, 33.8))
+    solid = Solid(mesh.mesh, mesh.cells, [xylem, phloem], "svk")
+    vertical = solid.space.sub(1)
+    scalar, _ = vertical.collapse()
+    at = [
+        fem.locate_dofs_geometrical((vertical, scalar), lambda x, z=z: np.isclose(x[2], z))
+        for z in (0.0, 50.0)
+    ]
+    pushed = fem.Function(scalar)
+    bcs = [
+        solid.symmetry(mesh.facets.find(SURFACES["symmetry_x"]), 0),
+        solid.symmetry(mesh.facets.find(SURFACES["symmetry_z"]), 2),
+        fem.dirichletbc(pushed, at[0], vertical),
+        fem.dirichletbc(fem.Function(scalar), at[1], vertical),
+    ]
+    problem = BoundaryValueProblem(solid, bcs)
+    u, forces, previous = solid.displacement.x.array, {}, 0.0
+    for d in np.arange(PINNED_STEP_MM, PINNED_TO_MM + 1e-9, PINNED_STEP_MM).tolist():
+        u[:] *= d / previous if previous else 1.0  # linear prediction
+        pushed.x.array[:] = -d
+        problem.solve(1e-9, largest_update_mm=10.0)
+        forces[d] = -4.0 * float(problem.reactions().reshape(-1)[at[0][0]].sum())
+        previous = d
+    return forces
+
+
+def pinned() -> Study:
+    """Compare with three codes that agree to seven digits."""
+    found = pinned_forces()
+    table = pd.read_csv(DATA / "pinned_svk_L1.csv")
+    table = table[table["displacement_mm"] <= PINNED_TO_MM]
+    table = table.pivot(index="displacement_mm", columns="code", values="force_N")
+    ours = np.array([found[float(d)] for d in table.index])
+    miss = table.sub(ours, axis=0).abs().max().max()
+    table.insert(0, "ramiefenics", list(ours))
+    return Study(
+        "Other codes: pinned tube",
+        "The layered tube without contact, St. Venant-Kirchhoff, first-order cells: all nodes of "
+        "the middle section are pushed down, all of the section at the support held. Forces in N.",
+        (
+            at_most(
+                "largest difference to any code (N)", float(miss), 1.5e-5, "printed to five places"
+            ),
+        ),
+        table.reset_index().rename(columns={"displacement_mm": "displacement (mm)"}),
+    )
+
+
+def pressed() -> Study:
+    """Compare the tube between cylinders with four codes, to 14 mm."""
+    xylem, phloem = (Material(Elastic(E, E, 0.3, 0.3, E / 2.6)) for E in (30.0, 120.0))
+    layers = (Layer("xylem", 12.84, xylem), Layer("phloem", 14.23, phloem))
+    frictionless = ["fixture.friction.static=0", "fixture.friction.dynamic=0"]
+    test = override(BendingTest(Stalk(180.0, 7.28, layers), law="isotropic"), frictionless)
+    curve = simulate(test, MPI.COMM_SELF, tube=tube()).curve
+    travel, force = curve["displacement_mm"], curve["force_N"]
+    others = pd.read_csv(DATA / "contact_neohooke_L1.csv")
+    others["code"] = others["code"].str.split(",").str[0]
+    springs = others["code"].str.split().str[0].map(GROUND_SPRINGS).fillna(0.0)
+    others["force_N"] += springs * others["displacement_mm"]
+    others["ramiefenics"] = np.interp(others["displacement_mm"], travel, force)
+    late = others[others["displacement_mm"] >= AGREE_FROM_MM]
+    miss = (late["force_N"] / late["ramiefenics"] - 1).abs().max()
+    table = others.pivot_table(index="displacement_mm", columns="code", values="force_N")
+    table.insert(0, "ramiefenics", list(np.interp(table.index, travel, force)))
+    even = table.index % 2 == 0
+    series = [
+        Series(str(code), found["displacement_mm"].to_numpy(), found["force_N"].to_numpy(), True)
+        for code, found in others.groupby("code")
+    ]
+    return Study(
+        "Other codes: tube between cylinders",
+        "Isotropic neo-Hookean layers, first-order cells, without friction. The others use "
+        "penalties near 200 N/mm3, Kratos a mortar method. CalculiX and GetFEM give the supports' "
+        "force; what soft ground springs of theirs take, 0.06 N/mm, is added. Forces in N.",
+        (
+            at_most(
+                f"largest relative difference to any code from {AGREE_FROM_MM:g} mm on",
+                float(miss),
+                0.02,
+                "they agree with each other within 1.5 %",
+            ),
+        ),
+        table[even].reset_index().rename(columns={"displacement_mm": "travel (mm)"}),
+        Plot("travel (mm)", "force (N)", (Series("ramiefenics", travel, force), *series)),
+    )

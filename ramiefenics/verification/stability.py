@@ -1,0 +1,77 @@
+"""Where each law is strongly elliptic when crushed across and compressed along the fibres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.model.ellipticity import smallest_acoustic_eigenvalue
+from ramiefenics.specification.published import PHLOEM
+from ramiefenics.verification.constants import LAWS
+from ramiefenics.verification.point import Point
+from ramiefenics.verification.study import Array, Plot, Series, Study, at_least, near
+
+STRETCHES = np.linspace(1.0, 0.36, 33)
+COMPRESSIONS = np.arange(0.0, 0.1001, 0.002)
+
+
+def limits(law: str) -> Array:
+    """Return the axial compression at which ellipticity is lost, one per transverse stretch.
+
+    NaN where it is not lost within the range.
+    """
+    point = Point(law, PHLOEM)
+    tangents = [
+        point.tangent(np.diag([1.0, stretch, 1.0 - compression]))
+        for stretch in STRETCHES
+        for compression in COMPRESSIONS
+    ]
+    lowest = smallest_acoustic_eigenvalue(np.array(tangents)).reshape(len(STRETCHES), -1)
+    lost = lowest <= 0.0
+    first = COMPRESSIONS[lost.argmax(axis=1)]
+    return np.where(lost.any(axis=1), first, np.nan)
+
+
+def stability() -> Study:
+    """Map all laws with the constants of the phloem."""
+    lost = {law: limits(law) for law in LAWS}
+    elastic = PHLOEM.elastic
+    collapse = float(STRETCHES[lost["svk"] == 0.0].max())
+    kink = elastic.G_XZ_MPa / elastic.E_Z_MPa
+    step = COMPRESSIONS[1]
+    return Study(
+        "Stability of the laws under crushing",
+        "A point of the phloem is crushed along Y to a stretch and compressed along the fibres, "
+        "held along X. The table has the axial compression at which the acoustic tensor is no "
+        f"longer positive (empty: not within {COMPRESSIONS[-1]:.0%}). Fibres with a linear law "
+        "kink where their stress reaches the shear modulus, at a strain of G_XZ / E_Z "
+        f"= {kink:.2%} (Rosen 1965); St. Venant-Kirchhoff collapses under uniaxial strain at a "
+        "stretch of 1 / sqrt(3), where the stress (lambda^3 - lambda) C11 / 2 has its extremum.",
+        (
+            near(
+                "axial compression at which neo_hookean kinks, uncrushed",
+                float(lost["neo_hookean"][0]),
+                kink + step / 2,
+                (step / 2 + 0.05 * kink) / (kink + step / 2),
+                "a scan in steps of 0.2 %, and a law of finite strain: 5 %",
+            ),
+            at_least(
+                "transverse stretch at which svk collapses, without axial compression",
+                collapse,
+                3**-0.5 - (STRETCHES[0] - STRETCHES[1]),
+                "shear may take it earlier; a scan in steps of 0.02",
+            ),
+            at_least(
+                "stretches at which saturating_fibre stays elliptic, as a share",
+                float(np.isnan(lost["saturating_fibre"]).mean()),
+                1.0,
+                "what it is made for",
+            ),
+        ),
+        pd.DataFrame({"transverse stretch": STRETCHES, **lost}),
+        Plot(
+            "transverse stretch",
+            "axial compression where ellipticity is lost",
+            tuple(Series(law, STRETCHES, values) for law, values in lost.items()),
+        ),
+    )

@@ -1,0 +1,138 @@
+"""What a verification study gives back: claims with their limits, a table, a plot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One claim that holds or does not.
+
+    Attributes
+    ----------
+    what
+        The claim.
+    value
+        What was found.
+    low, high
+        Between which it must lie.
+    why
+        The reason for these limits.
+    """
+
+    what: str
+    value: float
+    low: float
+    high: float
+    why: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether it holds."""
+        return self.low <= self.value <= self.high
+
+    @property
+    def limits(self) -> str:
+        """The limits in words."""
+        if math.isinf(self.low):
+            return f"at most {self.high:.4g}"
+        if math.isinf(self.high):
+            return f"at least {self.low:.4g}"
+        return f"{self.low:.6g} to {self.high:.6g}"
+
+
+def near(what: str, value: float, expected: float, share: float, why: str) -> Check:
+    """Return a check of a value against an expected one, to a share of it."""
+    width = share * abs(expected)
+    return Check(what, value, expected - width, expected + width, why)
+
+
+def at_most(what: str, value: float, high: float, why: str) -> Check:
+    """Return a check of a value that must not be larger."""
+    return Check(what, value, -math.inf, high, why)
+
+
+def at_least(what: str, value: float, low: float, why: str) -> Check:
+    """Return a check of a value that must not be smaller."""
+    return Check(what, value, low, math.inf, why)
+
+
+@dataclass(frozen=True)
+class Series:
+    """One series of a plot.
+
+    Attributes
+    ----------
+    label
+        For the legend.
+    x, y
+        Shape (n,).
+    points
+        Markers only; else a line.
+    """
+
+    label: str
+    x: Sequence[float] | Array | pd.Series[Any]
+    y: Sequence[float] | Array | pd.Series[Any]
+    points: bool = False
+
+
+@dataclass(frozen=True)
+class Plot:
+    """What to draw.
+
+    Attributes
+    ----------
+    x_label, y_label
+        With units.
+    series
+        What is drawn.
+    log
+        Whether both axes are logarithmic.
+    """
+
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    log: bool = False
+
+
+@dataclass(frozen=True)
+class Study:
+    """A finished study.
+
+    Attributes
+    ----------
+    title
+        Heading.
+    text
+        The problem, its solution and their sources, Markdown.
+    checks
+        What it claims.
+    table
+        Numbers, one row per case; its columns' names have units.
+    plot
+        Optional.
+    """
+
+    title: str
+    text: str
+    checks: tuple[Check, ...]
+    table: pd.DataFrame = field(default_factory=pd.DataFrame)
+    plot: Plot | None = None
+
+
+def observed_orders(sizes: Sequence[float], errors: Sequence[float]) -> list[float]:
+    """Return the orders of convergence between each two neighbours, shape (n - 1,)."""
+    ratios = np.log(np.asarray(errors[:-1]) / np.asarray(errors[1:]))
+    return list(ratios / np.log(np.asarray(sizes[:-1]) / np.asarray(sizes[1:])))

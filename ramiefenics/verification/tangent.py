@@ -1,0 +1,73 @@
+"""Taylor test of the tangent of a bent stalk, contact and friction active."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from dolfinx.fem.petsc import assemble_matrix, assemble_vector
+from mpi4py import MPI
+
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.observables import Observer
+from ramiefenics.solve.quasistatic import QuasiStatic
+from ramiefenics.specification import override, published_test
+from ramiefenics.verification.study import Plot, Series, Study, near, observed_orders
+
+TRAVEL, STEP = 3.0, 0.2
+SIZES = 1e-3 * 0.5 ** np.arange(8)
+"""Of the disturbance, mm."""
+
+
+def remainders() -> list[float]:
+    """Return the norms of R(u + s w) - R(u) - s K w, N, in the middle of a step."""
+    test = override(
+        published_test("table3"),
+        [
+            "numerics.mesh=ladder_q2_1",
+            f"protocol.travel_mm={TRAVEL}",
+            "numerics.acoustic_check=false",
+        ],
+    )
+    problem = BendingProblem(test, MPI.COMM_SELF)
+    observer = Observer(problem)
+    stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
+    for _ in stepper.steps():
+        pass
+    problem.place(STEP)  # friction is at work only where cylinders have moved on
+    stepper.newton.solve(1e-3, STEP)
+    u = problem.displacement
+    here = u.x.array.copy()
+    w = np.random.default_rng(3).standard_normal(len(here))
+    matrix = assemble_matrix(problem.jacobian)
+    matrix.assemble()
+    direction = u.x.petsc_vec.duplicate()
+    direction.array[:] = w
+    linear = (matrix * direction).array.copy()
+    residual = assemble_vector(problem.residual).array.copy()
+    norms = []
+    for size in SIZES:
+        u.x.array[:] = here + size * w
+        changed = assemble_vector(problem.residual).array - residual
+        norms.append(float(np.linalg.norm(changed - size * linear)))
+    return norms
+
+
+def tangent() -> Study:
+    """Disturb the bent stalk less and less."""
+    norms = remainders()
+    orders = observed_orders(list(SIZES), norms)
+    return Study(
+        "Tangent",
+        f"The calibration stalk at {TRAVEL:g} mm of travel, in a step of {STEP:g} mm, all nodes "
+        "disturbed at random in all directions by s: the residual less its linearisation must fall "
+        "with the square of s (Taylor's theorem), contact and friction included. Points that begin "
+        "to touch under a disturbance make a kink, so s is small.",
+        (near("last observed order", orders[-1], 2.0, 0.05, "Taylor's theorem"),),
+        pd.DataFrame({"s (mm)": SIZES, "remainder (N)": norms}),
+        Plot(
+            "disturbance (mm)",
+            "remainder (N)",
+            (Series("remainder", SIZES, norms, points=True),),
+            log=True,
+        ),
+    )

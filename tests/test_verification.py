@@ -1,0 +1,92 @@
+"""Every verification study holds; the instruments that they measure with are right themselves."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ramiefenics.results.verification_report import write_verification
+from ramiefenics.verification import STUDIES, Check, Plot, Series, Study
+from ramiefenics.verification.beam import LayeredTube
+from ramiefenics.verification.study import at_least, at_most, near, observed_orders
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+SLOW = {"hertz", "penalty", "manufactured", "stability", "brazier", "beam"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in STUDIES]
+)
+def test_study_holds(name: str) -> None:
+    study = STUDIES[name]()
+    assert study.checks
+    for check in study.checks:
+        assert check.passed, f"{check.what}: {check.value}, {check.limits}"
+
+
+@pytest.mark.parametrize("hollow", [0.1, 0.5, 0.9])
+def test_shear_stiffness_of_one_layer_is_cowpers(hollow: float) -> None:
+    """Cowper (1966), hollow circle with nu = 0: 6 (1 + m^2)^2 / (7 (1 + m^2)^2 + 20 m^2)."""
+    tube = LayeredTube((hollow, 1.0), (100.0,), (7.0,))
+    square = (1 + hollow**2) ** 2
+    coefficient = 6 * square / (7 * square + 20 * hollow**2)
+    area = np.pi * (1 - hollow**2)
+    assert tube.shear_N == pytest.approx(coefficient * 7.0 * area, rel=1e-4)  # numerical quadrature
+
+
+def test_shear_stiffness_does_not_feel_a_cut_within_one_material() -> None:
+    one = LayeredTube((0.4, 1.0), (100.0,), (7.0,))
+    two = LayeredTube((0.4, 0.7, 1.0), (100.0, 100.0), (7.0, 7.0))
+    assert two.shear_N == pytest.approx(one.shear_N, rel=1e-4)
+    assert two.bending_Nmm2 == pytest.approx(one.bending_Nmm2)
+
+
+def test_checks_keep_their_limits() -> None:
+    assert near("x", 1.01, 1.0, 0.02, "").passed
+    assert not near("x", -1.03, -1.0, 0.02, "").passed
+    assert at_most("x", 1.0, 1.0, "").passed
+    assert not at_least("x", 0.9, 1.0, "").passed
+    assert not at_most("x", float("nan"), 1.0, "").passed
+
+
+def test_orders_of_a_power_law() -> None:
+    sizes = np.array([0.4, 0.2, 0.05])
+    assert observed_orders(list(sizes), list(3 * sizes**2.5)) == pytest.approx([2.5, 2.5])
+
+
+def test_report_tells_what_fails(tmp_path: Path) -> None:
+    failed = Check("a claim", 3.0, 0.0, 1.0, "reason")
+    plot = Plot("x (mm)", "y (N)", (Series("one", [1.0, 2.0], [1.0, 4.0]),), log=True)
+    table = pd.DataFrame({"a (mm)": [1.5, float("nan")]})
+    page = write_verification({"s": Study("A title", "Text.", (failed,), table, plot)}, tmp_path)
+    text = page.read_text()
+    assert "| [s](#a-title) | a claim | 3 | 0 to 1 | reason | **no** |" in text
+    assert "| 1.5 |\n|  |" in text
+    assert (tmp_path / "verification" / "s.png").read_bytes().startswith(b"\x89PNG")
+
+
+def verify(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "ramiefenics", "verify", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_command_writes_the_report(tmp_path: Path) -> None:
+    done = verify("tangent", "--out", str(tmp_path / "out"))
+    assert done.returncode == 0, done.stderr
+    assert "holds  Tangent: last observed order" in done.stdout
+    assert "## Tangent" in (tmp_path / "out" / "verification.md").read_text()
+
+
+def test_unknown_study_ends_with_one_sentence(tmp_path: Path) -> None:
+    done = verify("tangents", "--out", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert re.search(r"studies = 'tangents' must be one of constants, ", done.stderr)
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()
