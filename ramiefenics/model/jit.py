@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from dolfinx import fem
-from mpi4py import MPI
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.corealg.map_dag import map_expr_dag
 from ufl.corealg.multifunction import MultiFunction
+from ufl.domain import extract_unique_domain
 
 
 def _processor() -> str:
@@ -52,13 +52,13 @@ JIT_OPTIONS = {
 
 
 @contextmanager
-def _compiling() -> Iterator[None]:
+def _compiling(domain: Any) -> Iterator[None]:
     """Clear away what killed compilations have left, which would block all later ones.
 
     FFCx marks a form that is being compiled by its C file. Under a lock, which ends with its
     process, such a file without its product has been abandoned.
     """
-    if MPI.COMM_WORLD.rank != 0:  # the other ranks only load
+    if domain.ufl_cargo().comm.rank != 0:  # the other ranks only load
         yield
         return
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -72,7 +72,7 @@ def _compiling() -> Iterator[None]:
 
 def compile_form(form: Any) -> Any:
     """Compile a UFL form, or take it from the cache."""
-    with _compiling():
+    with _compiling(form.ufl_domain()):
         return fem.form(form, jit_options=JIT_OPTIONS)
 
 
@@ -94,5 +94,5 @@ def compile_expression(expression: Any, points: Any) -> fem.Expression:
     """
     expression = apply_derivatives(apply_algebra_lowering(expression))
     expression = map_expr_dag(_WithoutVariables(), expression)
-    with _compiling():
+    with _compiling(extract_unique_domain(expression)):
         return fem.Expression(expression, points, jit_options=JIT_OPTIONS)
