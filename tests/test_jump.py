@@ -60,7 +60,7 @@ class Truss:
         line = basix.ufl.element("Lagrange", "interval", 1, shape=(2,))
         points = np.array([[0.0, 0.0], [HALF_SPAN, RISE]])
         cells = np.array([[0, 1]], dtype=np.int64)
-        mesh = dmesh.create_mesh(MPI.COMM_SELF, cells, points, line)
+        mesh = dmesh.create_mesh(MPI.COMM_SELF, cells, x=points, e=line)
         space = fem.functionspace(mesh, ("Lagrange", 1, (2,)))
         self.displacement = u = fem.Function(space)
         apex = dmesh.locate_entities(mesh, 0, lambda x: x[0] > HALF_SPAN / 2)

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import dolfinx
 import joblib
 import pandas as pd
 
 from ramiefenics.discovery.factors import Factor
+from ramiefenics.model.compat import VERSION
 from ramiefenics.model.jit import CACHE
 from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
 from ramiefenics.specification.files import to_dict
@@ -164,7 +164,7 @@ def _rounded(value: Any) -> Any:
 def _program() -> str:
     """Return a key of all source that a curve depends on."""
     package = Path(__file__).resolve().parents[1]
-    digest = hashlib.sha256(dolfinx.__version__.encode())
+    digest = hashlib.sha256(VERSION.encode())
     for part in ("specification", "model", "solve"):
         for path in sorted((package / part).rglob("*.py")):
             digest.update(path.read_bytes())

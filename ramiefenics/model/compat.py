@@ -1,4 +1,9 @@
-"""The one place where releases 0.9 to 0.11 of dolfinx differ for us."""
+"""The one place where releases 0.9 to 0.11 of dolfinx differ for us.
+
+Two more differences need no code, only calls that suit every release: since 0.10
+`Expression.eval` returns values in their shape, not flattened for each cell, so ours are reshaped;
+and `mesh.create_mesh` takes coordinates and element in the other order, so ours go by name.
+"""
 
 from __future__ import annotations
 
@@ -15,26 +20,29 @@ except ImportError:  # dolfinx 0.9
 VERSION: str = dolfinx.__version__
 
 
-def mesh_from_gmsh(
-    gmsh_model: Any, comm: Any, rank: int = 0
-) -> tuple[dmesh.Mesh, dmesh.MeshTags, dmesh.MeshTags]:
+def mesh_from_gmsh(gmsh_model: Any, comm: Any) -> tuple[dmesh.Mesh, dmesh.MeshTags, dmesh.MeshTags]:
     """Distribute a Gmsh model over `comm`.
 
     Parameters
     ----------
     gmsh_model
-        ``gmsh.model`` on `rank`; ignored elsewhere.
+        ``gmsh.model`` on rank 0; ignored elsewhere.
     comm
         MPI communicator of the mesh.
-    rank
-        The rank that holds the Gmsh model.
 
     Returns
     -------
     tuple
         The mesh, its cell tags and its facet tags.
     """
-    data = _gmshio.model_to_mesh(gmsh_model, comm, rank, gdim=3)
-    if hasattr(data, "mesh"):  # dolfinx >= 0.10 returns a named tuple with more fields
-        return data.mesh, data.cell_tags, data.facet_tags
-    return data[0], data[1], data[2]
+    # dolfinx >= 0.10 returns more behind these three
+    mesh, cells, facets = _gmshio.model_to_mesh(gmsh_model, comm, 0, gdim=3)[:3]
+    return mesh, cells, facets
+
+
+def geometry_order(mesh: dmesh.Mesh) -> int:
+    """Return the polynomial order of a mesh's cells."""
+    geometry = mesh.geometry
+    # dolfinx >= 0.11 has one map per type of cell, and deprecates the single one
+    element = geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
+    return int(element.degree)

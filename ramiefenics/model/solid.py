@@ -9,6 +9,7 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
+from ramiefenics.model.compat import geometry_order
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.specification import Material
@@ -58,7 +59,7 @@ class Solid:
         self.mesh = mesh
         self.law = LAWS[law]
         parameters = [self.law.parameters(material) for material in materials]
-        self.order: int = mesh.geometry.cmap.degree
+        self.order = geometry_order(mesh)
         family = "S" if serendipity else "Lagrange"
         self.space = fem.functionspace(mesh, (family, self.order, (mesh.geometry.dim,)))
         self.cellwise = fem.functionspace(mesh, ("DG", 0))
