@@ -24,7 +24,11 @@ MARKERS = "osD^vx"
 HEAD = """# Verification
 
 What the solver claims, each claim with the command that checks it: `./run ramiefenics verify NAME`,
-or all of them by `./run ramiefenics verify --out docs`, which wrote this page.
+or all of them by `./run ramiefenics verify --out docs`, which wrote this page. The tests run every
+study too, and besides: energy, stress and tangent of the laws against finite differences, the
+linearisation against the stiffness, objectivity (`tests/test_laws.py`); jumps
+(`tests/test_jump.py`); two ranks against one (`tests/test_parallel.py`). How the answer depends on
+mesh and steps is in [convergence.md](convergence.md).
 
 """
 
