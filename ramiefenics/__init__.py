@@ -41,7 +41,9 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.results.convergence_folder import write_convergence
     from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
@@ -53,6 +55,7 @@ __all__ = [
     "BendingTest",
     "Closure",
     "ContactMethod",
+    "Convergence",
     "Dataset",
     "Discovery",
     "Effect",
@@ -71,10 +74,12 @@ __all__ = [
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "converge",
     "curve_figure",
     "deformed_picture",
     "discover",
     "mesh_recipe",
+    "order_and_limit",
     "override",
     "published_test",
     "ramie",
@@ -85,17 +90,22 @@ __all__ = [
     "section_figure",
     "sensitivities",
     "simulate",
+    "write_convergence",
     "write_discovery",
     "write_folder",
     "write_test",
 ]
 
 _ON_DEMAND = {
+    "Convergence": "convergence",
     "Discovery": "discovery",
+    "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
     "discover": "discovery",
+    "order_and_limit": "convergence",
     "section_figure": "results.figures",
+    "write_convergence": "results.convergence_folder",
     "write_discovery": "results.discovery_folder",
     "write_folder": "results.folder",
 }

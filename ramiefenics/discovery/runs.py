@@ -1,28 +1,21 @@
-"""Many simulations on all cores, each kept by the content of its specification."""
+"""Many simulations on all cores, each curve kept by the content of its specification."""
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import io
-import json
 import os
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import joblib
 import pandas as pd
 
 from ramiefenics.discovery.factors import Factor
-from ramiefenics.model.compat import VERSION
-from ramiefenics.model.jit import CACHE
+from ramiefenics.kept import Shelf, key_of
 from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
 from ramiefenics.specification.files import to_dict
-
-RUNS = CACHE.parent / "runs"
 
 MODULUS_MPA = 1000.0
 """Of the outermost layer along the fibres in what is simulated."""
@@ -44,11 +37,9 @@ class Task:
     factors: tuple[Factor, ...] = ()
 
     def key(self) -> str:
-        """Return a name for what comes out: of the specification, the program and its solver."""
+        """Return a name for what comes out."""
         test, _ = bare(self.test)
-        content = [_rounded(to_dict(test)), [to_dict(factor) for factor in self.factors]]
-        text = json.dumps([content, _program()], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+        return key_of([to_dict(test), [to_dict(factor) for factor in self.factors]])
 
 
 class Runs:
@@ -57,7 +48,7 @@ class Runs:
     Parameters
     ----------
     folder
-        Where curves are kept, `RUNS` by default.
+        Where curves are kept, `ramiefenics.kept.RUNS` by default.
     workers
         Processes; one per core by default.
     on_done
@@ -75,8 +66,7 @@ class Runs:
         workers: int | None = None,
         on_done: Callable[[int], None] | None = None,
     ) -> None:
-        self._folder = RUNS if folder is None else folder
-        self._folder.mkdir(parents=True, exist_ok=True)
+        self._shelf = Shelf("csv", folder)
         self._workers = workers or len(os.sched_getaffinity(0))
         self._on_done = on_done or (lambda number: None)
         self.asked = self.simulated = 0
@@ -90,24 +80,21 @@ class Runs:
         keys = [task.key() for task in tasks]
         self.asked += len(tasks)
         left = {
-            key: task for key, task in zip(keys, tasks, strict=True) if not self._path(key).exists()
+            key: task
+            for key, task in zip(keys, tasks, strict=True)
+            if not self._shelf.path(key).exists()
         }
         self._on_done(len(tasks) - len(left))
         parallel = joblib.Parallel(self._workers, return_as="generator_unordered")
         for task, text in parallel(joblib.delayed(run)(task) for task in left.values()):
             for key in {task.key(), replace(task, factors=()).key()}:
-                partial = self._path(key).with_suffix(f".{os.getpid()}")
-                partial.write_text(text, encoding="utf-8")
-                partial.rename(self._path(key))  # never half a file under that name
+                self._shelf.put(key, text)
             self.simulated += 1
             self._on_done(1)
-        curves = [pd.read_csv(self._path(key)) for key in keys]
+        curves = [pd.read_csv(self._shelf.path(key)) for key in keys]
         for task, curve in zip(tasks, curves, strict=True):
             curve[curve.columns[1:]] *= bare(task.test)[1]
         return curves
-
-    def _path(self, key: str) -> Path:
-        return self._folder / f"{key}.csv"
 
 
 def run(task: Task) -> tuple[Task, str]:
@@ -149,23 +136,3 @@ def bare(test: BendingTest) -> tuple[BendingTest, float]:
         test.numerics, acoustic_check=False, mesh=replace(test.numerics.mesh, name="")
     )
     return replace(test, stalk=stalk, machine=Machine(), numerics=numerics), factor
-
-
-def _rounded(value: Any) -> Any:
-    """Return nested content with numbers to twelve digits: rounding must not tell tests apart."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return f"{value:.12g}" if isinstance(value, float) else value
-
-
-@functools.cache
-def _program() -> str:
-    """Return a key of all source that a curve depends on."""
-    package = Path(__file__).resolve().parents[1]
-    digest = hashlib.sha256(VERSION.encode())
-    for part in ("specification", "model", "solve"):
-        for path in sorted((package / part).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import shutil
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from ramiefenics.results.discovery_figures import (
     suspects_figure,
 )
 from ramiefenics.results.discovery_report import report
+from ramiefenics.results.draft import draft
 from ramiefenics.results.manifest import versions
 from ramiefenics.specification import write_test
 from ramiefenics.specification.files import to_dict
@@ -36,22 +35,18 @@ def write_discovery(found: Discovery, folder: str | Path) -> Path:
         The folder; made if it does not exist.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     verdict = summarise_discovery(found)
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
-        draft = Path(name)
-        (draft / "verdict.json").write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
-        write_test(found.baseline_test(), draft / "baseline.toml")
+    with draft(folder) as made:
+        (made / "verdict.json").write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
+        write_test(found.baseline_test(), made / "baseline.toml")
         if found.verdict == "cause":
-            write_test(found.extended_test(), draft / "extended.toml")
-        residual_figure(found).savefig(draft / "residual.png")
-        suspects_figure(found).savefig(draft / "suspects.png")
-        left_out_figure(found).savefig(draft / "left_out.png")
-        pictures = [draft / f"{stem}.png" for stem in ("residual", "suspects", "left_out")]
-        (draft / "report.html").write_text(report(found, verdict, pictures), encoding="utf-8")
+            write_test(found.extended_test(), made / "extended.toml")
+        residual_figure(found).savefig(made / "residual.png")
+        suspects_figure(found).savefig(made / "suspects.png")
+        left_out_figure(found).savefig(made / "left_out.png")
+        pictures = [made / f"{stem}.png" for stem in ("residual", "suspects", "left_out")]
+        (made / "report.html").write_text(report(found, verdict, pictures), encoding="utf-8")
         (folder / "extended.toml").unlink(missing_ok=True)
-        for made in sorted(draft.iterdir()):
-            shutil.move(made, folder / made.name)
     return folder
 
 

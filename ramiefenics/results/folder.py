@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
 from matplotlib.image import imsave
 
+from ramiefenics.results.draft import draft
 from ramiefenics.results.fields import write_fields
 from ramiefenics.results.figures import curve_figure, section_figure
 from ramiefenics.results.manifest import summarise
@@ -35,21 +34,14 @@ def write_folder(result: BendingResult, folder: str | Path) -> Path:
         The folder.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
-        draft = Path(name)
-        result.curve.to_csv(draft / "curve.csv", index=False, float_format="%.8g")
+    with draft(folder) as made:
+        result.curve.to_csv(made / "curve.csv", index=False, float_format="%.8g")
         summary = json.dumps(summarise(result), indent=2)
-        (draft / "summary.json").write_text(summary + "\n", encoding="utf-8")
-        write_test(result.test, draft / "specification.toml")
-        curve_figure(result).savefig(draft / "curve.png")
+        (made / "summary.json").write_text(summary + "\n", encoding="utf-8")
+        write_test(result.test, made / "specification.toml")
+        curve_figure(result).savefig(made / "curve.png")
         if result.snapshots:
-            write_fields(result.snapshots, draft / "fields")
-            section_figure(result).savefig(draft / "section.png")
-            imsave(draft / "deformed.png", deformed_picture(result))
-        for made in sorted(draft.iterdir()):
-            place = folder / made.name
-            if place.is_dir():
-                shutil.rmtree(place)
-            made.replace(place)
+            write_fields(result.snapshots, made / "fields")
+            section_figure(result).savefig(made / "section.png")
+            imsave(made / "deformed.png", deformed_picture(result))
     return folder

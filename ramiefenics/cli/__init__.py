@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `discover`, `mesh`, `specification`, `verify`."""
+"""The command line: `ramiefenics bend`, `converge`, `discover`, `verify` and others."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from mpi4py import MPI
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from ramiefenics.cli import progress
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
@@ -29,8 +29,6 @@ from ramiefenics.specification.files import dump_test
 from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
-    from ramiefenics.model.observables import Observables
-    from ramiefenics.solve.quasistatic import Step
     from ramiefenics.solve.result import BendingResult
 
 app = typer.Typer(
@@ -70,7 +68,7 @@ def bend(
     from ramiefenics.solve.simulate import simulate
 
     check_law(test)  # before there is a progress bar
-    with _progress(test) as show:
+    with progress.bending(test) as show:
         result = simulate(test, on_step=show)
     if MPI.COMM_WORLD.rank == 0:
         from ramiefenics.results.folder import write_folder
@@ -78,6 +76,43 @@ def bend(
         write_folder(result, folder)
         _report(result, folder)
     if not result.completed:
+        raise typer.Exit(1)
+
+
+@app.command("converge")
+def converge_command(
+    spec: Spec = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-convergence if none.")
+    ] = None,
+    order: Annotated[int, typer.Option(help="Of the elements: 1 or 2.")] = 2,
+    meshes: Annotated[int, typer.Option(help="How many of the ladder's, from the coarsest.")] = 5,
+    law: LawName = None,
+    assign: Assignments = None,
+) -> None:
+    """Bend a stalk on a ladder of meshes: order of convergence, limit and error."""
+    for assignment in assign or []:
+        if assignment.strip().startswith("numerics.mesh"):
+            raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
+    test = load_test(spec, None, law, assign)
+    folder = _check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
+    from ramiefenics.convergence import converge
+    from ramiefenics.convergence.study import check_ladder
+    from ramiefenics.model.laws import check_law
+
+    check_ladder(order, meshes)  # before there is a progress bar
+    check_law(test)
+    with _resumable(), progress.refining() as show:
+        study = converge(test, order, meshes, on_progress=show)
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.convergence_folder import convergence_table, write_convergence
+
+        write_convergence(study, folder)
+        typer.echo(convergence_table(study))
+        for told in study.notes():
+            typer.echo(f"note: {told}")
+        typer.echo(f"results in {folder}")
+    if not study.completed:
         raise typer.Exit(1)
 
 
@@ -123,13 +158,8 @@ def discover_command(
     suspects = dict(EFFECTS)
     for path in effects or []:
         suspects |= load_effects(path)
-    with _counting() as (stage, count):
-        try:
-            found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
-        except KeyboardInterrupt:
-            kept = "what is simulated is kept, so run it again"
-            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
-            raise typer.Exit(130) from None
+    with _resumable(), progress.counting() as (stage, count):
+        found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
     typer.echo(f"results in {folder}")
@@ -201,51 +231,15 @@ def _check_writable(folder: Path) -> Path:
 
 
 @contextmanager
-def _progress(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
-    """Show travel, force, iterations and time left, on the first rank only."""
-    progress = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[state]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        disable=MPI.COMM_WORLD.rank != 0,
-    )
-    with progress:
-        task = progress.add_task(
-            "bending", total=test.protocol.travel_mm, state="compiling and meshing"
-        )
-
-        def show(step: Step[Observables]) -> None:
-            state = (
-                f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
-                f"{step.iterations:2d} iterations"
-            )
-            progress.update(task, completed=step.travel_mm, state=state)
-
-        yield show
-
-
-@contextmanager
-def _counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
-    """Show stages, simulations done and expected, and time left."""
-    progress = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed} of about {task.total} simulations"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with progress:
-        task = progress.add_task("reading", total=None)
-
-        def stage(name: str, expected: int) -> None:
-            total = progress.tasks[task].completed + expected
-            progress.update(task, description=name, total=total)
-
-        yield stage, lambda number: progress.update(task, advance=number)
+def _resumable() -> Iterator[None]:
+    """Tell who interrupts what keeps its simulations that they are kept."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if MPI.COMM_WORLD.rank == 0:
+            kept = "what is simulated is kept, so run it again"
+            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
+        raise typer.Exit(130) from None
 
 
 def _report(result: BendingResult, folder: Path) -> None:

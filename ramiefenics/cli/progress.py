@@ -1,0 +1,70 @@
+"""Progress bars of the commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from mpi4py import MPI
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from ramiefenics.specification import BendingTest
+
+if TYPE_CHECKING:
+    from ramiefenics.model.observables import Observables
+    from ramiefenics.solve.quasistatic import Step
+
+STATE = "{task.fields[state]}"
+
+
+def _bar(text: str) -> Progress:
+    """Return a bar with a text, time elapsed and time left, on the first rank only."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn(text),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        disable=MPI.COMM_WORLD.rank != 0,
+        speed_estimate_period=120.0,  # s: a step on a fine mesh takes several
+    )
+
+
+@contextmanager
+def bending(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
+    """Show travel, force, iterations and time left of a run."""
+    with _bar(STATE) as progress:
+        total, state = test.protocol.travel_mm, "compiling and meshing"
+        task = progress.add_task("bending", total=total, state=state)
+
+        def show(step: Step[Observables]) -> None:
+            state = (
+                f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
+                f"{step.iterations:2d} iterations"
+            )
+            progress.update(task, completed=step.travel_mm, state=state)
+
+        yield show
+
+
+@contextmanager
+def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
+    """Show stages, simulations done and expected, and time left."""
+    with _bar("{task.completed} of about {task.total} simulations") as progress:
+        task = progress.add_task("reading", total=None)
+
+        def stage(name: str, expected: int) -> None:
+            total = progress.tasks[task].completed + expected
+            progress.update(task, description=name, total=total)
+
+        yield stage, lambda number: progress.update(task, advance=number)
+
+
+@contextmanager
+def refining() -> Iterator[Callable[[float, str], None]]:
+    """Show mesh, travel, force, and time left of a ladder of meshes."""
+    with _bar(STATE) as progress:
+        task = progress.add_task("refining", total=1.0, state="meshing")
+        yield lambda share, state: progress.update(task, completed=share, state=state)

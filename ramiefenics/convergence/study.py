@@ -1,0 +1,239 @@
+"""One specification on a ladder of meshes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.convergence.richardson import Extrapolation, order_and_limit
+from ramiefenics.kept import KeptRun, KeptRuns
+from ramiefenics.model.grading import axial_positions
+from ramiefenics.model.laws import check_law
+from ramiefenics.model.observables import Observables
+from ramiefenics.solve.quasistatic import Step
+from ramiefenics.specification import BendingTest, SpecificationError, override
+
+LADDERS = {order: tuple(f"ladder_q{order}_{step}" for step in range(1, 6)) for order in (1, 2)}
+"""Mesh recipes by element order, coarsest first."""
+
+LEAST_MESHES = 3
+"""That an order can be observed on."""
+
+SHARES = (2.0 / 7.0, 4.0 / 7.0, 1.0)
+"""Of the travel, at which forces are compared: 4, 8 and 14 of 14 mm."""
+
+MODELLED = {"quarter": 0.25, "half": 0.5, "full": 1.0}
+
+COST_EXPONENT = 1.5
+"""Time over cells, roughly; of the ladders' runs on the calibration stalk 1.3 to 1.8."""
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """A mesh-convergence study.
+
+    Attributes
+    ----------
+    test
+        The specification; its own mesh was not used.
+    order
+        Element order of the ladder.
+    runs
+        One per mesh, coarsest first.
+    positions_mm
+        Travels at which forces are compared: at 2/7, 4/7 (to three digits) and all of the whole.
+    meshes
+        One row per mesh: ``mesh``, ``unknowns``, ``cells``, ``cell_size_mm`` (cube root of volume
+        over cells), the columns of `quantities`, ``displacement_at_max_mm``, ``reached_mm``,
+        ``ending``, ``steps``, ``newton_iterations``, ``cut_backs``, ``wall_s``, ``cpu_s``.
+    quantities
+        What the meshes tell together: ``max_force_N``, ``slope_N_per_mm``, and ``force_4mm_N`` or
+        the like for each of `positions_mm`. A mesh that did not get there does not count.
+    """
+
+    test: BendingTest
+    order: int
+    runs: tuple[KeptRun, ...]
+    positions_mm: tuple[float, ...]
+    meshes: pd.DataFrame
+    quantities: Mapping[str, Extrapolation]
+
+    @property
+    def completed(self) -> bool:
+        """Whether all meshes reached the whole travel."""
+        return all(run.result.completed for run in self.runs)
+
+    def reference(self, quantity: str) -> float:
+        """Return the Richardson limit, or, where there is none, the value of the finest mesh."""
+        limit = self.quantities[quantity].limit
+        if limit is not None:
+            return limit
+        values = self.meshes[quantity].dropna()
+        return float(values.iloc[-1]) if len(values) else math.nan
+
+    def errors(self, quantity: str) -> pd.Series:
+        """Return each mesh's distance from `reference`, a share of it; NaN for that mesh itself."""
+        reference = self.reference(quantity)
+        values = self.meshes[quantity]
+        return (values / reference - 1.0).abs().where(values != reference)
+
+    def notes(self) -> list[str]:
+        """Return what a reader must know of single runs, one sentence each."""
+        told = []
+        for name, run in zip(self.meshes["mesh"], self.runs, strict=True):
+            result = run.result
+            if not result.completed:
+                told.append(f"{name} did not complete the travel: {result.ending.reason}")
+            if "ellipticity" in result.losses_mm:
+                at = result.losses_mm["ellipticity"]
+                told.append(
+                    f"{name} loses strong ellipticity at {at:.2f} mm of travel: beyond it there is "
+                    "no limit to converge to"
+                )
+            told += [f"{name} jumps at {jump.displacement_mm:.2f} mm" for jump in result.jumps]
+        if self.meshes["steps"].nunique() > 1:
+            few, many = self.meshes["steps"].min(), self.meshes["steps"].max()
+            told.append(
+                f"{few} to {many} steps were taken: some of the differences are not the mesh's, "
+                "see numerics.stepping.max_step_mm"
+            )
+        return told
+
+
+def converge(
+    test: BendingTest,
+    order: int = 2,
+    meshes: int = 5,
+    runs: KeptRuns | None = None,
+    on_progress: Progress = lambda share, state: None,
+) -> Convergence:
+    """Bend a stalk on a ladder of meshes, and extrapolate to vanishing mesh size.
+
+    Parameters
+    ----------
+    test
+        The specification; the ladder's recipes take its mesh's place.
+    order
+        Element order, 1 or 2.
+    meshes
+        How many of the ladder, from the coarsest: 3 to 5.
+    runs
+        Does the simulations; kept in the user's cache by default.
+    on_progress
+        Told the share that is done of what there is to simulate, by estimated cost, and the state.
+
+    Raises
+    ------
+    SpecificationError
+        If the order or the number is not one of these, or the test cannot be simulated.
+    KeyboardInterrupt
+        If the user has interrupted it; finished meshes are kept.
+    """
+    check_ladder(order, meshes)
+    check_law(test)
+    runs = KeptRuns() if runs is None else runs
+    names = LADDERS[order][:meshes]
+    tests = [override(test, [f"numerics.mesh={name}"]) for name in names]
+    done = tuple(_simulate(tests, runs, on_progress))
+    positions = _positions(test.protocol.travel_mm)
+    rows = pd.DataFrame([_row(run, positions) for run in done])
+    compared = ["max_force_N", "slope_N_per_mm", *(f"force_{at:g}mm_N" for at in positions)]
+    sizes = rows["cell_size_mm"].tolist()
+    quantities = {name: order_and_limit(sizes, rows[name].tolist()) for name in compared}
+    return Convergence(test, order, done, positions, rows, quantities)
+
+
+def check_ladder(order: int, meshes: int) -> None:
+    """Check the element order and the number of meshes.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such ladder.
+    """
+    if order not in LADDERS:
+        raise SpecificationError("order", order, "must be 1 or 2")
+    most = len(LADDERS[order])
+    if not LEAST_MESHES <= meshes <= most:
+        raise SpecificationError("meshes", meshes, f"must be between {LEAST_MESHES} and {most}")
+
+
+def _simulate(tests: list[BendingTest], runs: KeptRuns, report: Progress) -> Iterator[KeptRun]:
+    costs = [0.0 if runs.has(test) else _cells(test) ** COST_EXPONENT for test in tests]
+    total, spent = sum(costs) or 1.0, 0.0
+    if any(costs):
+        report(0.0, "compiling")
+        _compile(tests[0], runs)
+    for test, cost in zip(tests, costs, strict=True):
+        name, travel_mm = test.numerics.mesh.name, test.protocol.travel_mm
+
+        def show(
+            step: Step[Observables],
+            name: str = name,
+            start: float = spent,
+            share: float = cost / travel_mm,
+        ) -> None:
+            state = f"{name}: {step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N"
+            report((start + share * step.travel_mm) / total, state)
+
+        yield runs.run(test, show)
+        spent += cost
+        report(spent / total if any(costs) else 1.0, name)
+
+
+def _compile(test: BendingTest, runs: KeptRuns) -> None:
+    """Compile forms ahead, by a first step, so that no mesh's time has that in it."""
+    step = min(test.numerics.stepping.first_step_mm, test.protocol.travel_mm)
+    runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step)))
+
+
+def _cells(test: BendingTest) -> int:
+    """Return about how many cells a test's mesh has, without making it."""
+    mesh = test.numerics.mesh
+    section = mesh.angular_elements * (mesh.wall_elements + mesh.rind_elements)
+    return section * (len(axial_positions(test)) - 1)
+
+
+def _positions(travel_mm: float) -> tuple[float, ...]:
+    inner = (float(f"{share * travel_mm:.3g}") for share in SHARES[:-1])
+    return (*inner, travel_mm)
+
+
+def _row(run: KeptRun, positions_mm: tuple[float, ...]) -> dict[str, object]:
+    result, statistics = run.result, run.result.statistics
+    travel, force = result.curve["displacement_mm"], result.curve["force_N"]
+    # of a curve that ends early and still rises, the maximum is not known
+    known = result.completed or result.has_force_maximum
+    forces = {
+        f"force_{at:g}mm_N": np.interp(at, travel, force, right=np.nan) for at in positions_mm
+    }
+    return {
+        "mesh": result.test.numerics.mesh.name,
+        "unknowns": statistics.dofs,
+        "cells": statistics.cells,
+        "cell_size_mm": (_volume(result.test) / statistics.cells) ** (1.0 / 3.0),
+        "max_force_N": result.max_force_N if known else math.nan,
+        "slope_N_per_mm": result.slope_N_per_mm if known else math.nan,
+        **forces,
+        "displacement_at_max_mm": result.displacement_at_max_mm if known else math.nan,
+        "reached_mm": float(travel.iloc[-1]),
+        "ending": result.ending.kind,
+        "steps": statistics.steps,
+        "newton_iterations": statistics.newton_iterations,
+        "cut_backs": statistics.cut_backs,
+        "wall_s": statistics.wall_s,
+        "cpu_s": run.cpu_s,
+    }
+
+
+def _volume(test: BendingTest) -> float:
+    """Volume of the modelled part, mm3, of a straight stalk; only ratios between meshes count."""
+    inner, *_, outer = test.stalk.radii_mm
+    part = MODELLED[test.numerics.domain]
+    return part * math.pi * (outer**2 - inner**2) * test.stalk.length_mm
