@@ -9,6 +9,7 @@ import pandas as pd
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
+from scipy.integrate import trapezoid
 
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.solid import Solid
@@ -99,7 +100,7 @@ class LayeredTube:
             at = np.linspace(r[k], r[k + 1], 401)
             (A, B), C = solved[k], cubic[k]
             radial, hoop = A - B / at**2 + 3 * C * at**2, A + B / at**2 + C * at**2
-            energy += np.pi * G[k] * np.trapezoid((radial**2 + hoop**2) * at, at)
+            energy += np.pi * G[k] * trapezoid((radial**2 + hoop**2) * at, at)
         return float(1.0 / energy)
 
     def three_point_stiffness(self, span_mm: float) -> float:

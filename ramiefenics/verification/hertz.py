@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import ufl
 from dolfinx import fem
+from scipy.integrate import trapezoid
 
 from ramiefenics.model.contact import Contact, Cylinder
 from ramiefenics.model.laws.base import Expr
@@ -86,10 +87,8 @@ class Pressed:
     @property
     def half_width_mm(self) -> float:
         """Of contact, from the moment of the pressure: a^2 = 4 int p z^2 / int p for an ellipse."""
-        weight = np.trapezoid(self.pressure_MPa, self.z_mm)
-        return float(
-            2 * np.sqrt(np.trapezoid(self.pressure_MPa * self.z_mm**2, self.z_mm) / weight)
-        )
+        weight = trapezoid(self.pressure_MPa, self.z_mm)
+        return float(2 * np.sqrt(trapezoid(self.pressure_MPa * self.z_mm**2, self.z_mm) / weight))
 
 
 def grid(size: float) -> tuple[Array, Array]:
