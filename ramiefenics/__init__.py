@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.solve.explicit import simulate_explicitly
+from ramiefenics.solve.explicit_result import ExplicitResult
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
@@ -18,6 +20,7 @@ from ramiefenics.specification import (
     Closure,
     ContactMethod,
     Elastic,
+    Explicit,
     Fixture,
     Friction,
     Layer,
@@ -43,6 +46,7 @@ from ramiefenics.specification import (
 if TYPE_CHECKING:
     from ramiefenics.discovery import Discovery, discover
     from ramiefenics.results.discovery_folder import write_discovery
+    from ramiefenics.results.explicit_folder import write_explicit_folder
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
@@ -57,6 +61,8 @@ __all__ = [
     "Discovery",
     "Effect",
     "Elastic",
+    "Explicit",
+    "ExplicitResult",
     "Fixture",
     "Friction",
     "Layer",
@@ -85,7 +91,9 @@ __all__ = [
     "section_figure",
     "sensitivities",
     "simulate",
+    "simulate_explicitly",
     "write_discovery",
+    "write_explicit_folder",
     "write_folder",
     "write_test",
 ]
@@ -97,6 +105,7 @@ _ON_DEMAND = {
     "discover": "discovery",
     "section_figure": "results.figures",
     "write_discovery": "results.discovery_folder",
+    "write_explicit_folder": "results.explicit_folder",
     "write_folder": "results.folder",
 }
 

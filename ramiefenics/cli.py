@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `discover`, `mesh`, `specification`."""
+"""The command line: `ramiefenics bend`, `explicit`, `discover`, `mesh`, `specification`."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
     from ramiefenics.model.observables import Observables
+    from ramiefenics.solve.explicit_result import ExplicitResult, Point
     from ramiefenics.solve.quasistatic import Step
     from ramiefenics.solve.result import BendingResult
 
@@ -49,14 +50,13 @@ Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
 ]
+Out = Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME by default.")]
 
 
 @app.command()
 def bend(
     spec: Spec = "table3",
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
-    ] = None,
+    out: Out = None,
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
@@ -69,13 +69,53 @@ def bend(
     from ramiefenics.solve.simulate import simulate
 
     check_law(test)  # before there is a progress bar
-    with _progress(test) as show:
-        result = simulate(test, on_step=show)
+    with _progress("bending", test.protocol.travel_mm) as show:
+        result = simulate(test, on_step=lambda step: show(step.travel_mm, _step_state(step)))
     if MPI.COMM_WORLD.rank == 0:
         from ramiefenics.results.folder import write_folder
 
         write_folder(result, folder)
         _report(result, folder)
+    if not result.completed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def explicit(
+    spec: Spec = "table3",
+    out: Out = None,
+    mesh: MeshName = None,
+    law: LawName = None,
+    assign: Assignments = None,
+    implicit: Annotated[
+        bool, typer.Option(help="Bend the stalk quasi-statically first, to compare with.")
+    ] = True,
+) -> None:
+    """Bend a stalk with inertia, in explicit time steps, and compare with the quasi-static curve.
+
+    Settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`.
+    """
+    test = load_test(spec, mesh, law, assign)
+    folder = _check_writable(out or Path("results") / f"{Path(spec).stem}-explicit")
+    from ramiefenics.model.laws import check_law
+    from ramiefenics.solve.explicit import simulate_explicitly
+    from ramiefenics.solve.simulate import simulate
+
+    check_law(test)
+    static = None
+    if implicit:
+        with _progress("implicit", test.protocol.travel_mm) as show:
+            static = simulate(test, on_step=lambda step: show(step.travel_mm, _step_state(step)))
+    if static is not None and static.ending.kind == "interrupted":
+        typer.echo("ramiefenics: interrupted before the explicit run; nothing written", err=True)
+        raise typer.Exit(1)
+    with _progress("explicit", test.numerics.explicit.duration_s) as show:
+        result = simulate_explicitly(test, on_point=lambda p: show(p.time_s, _point_state(p)))
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.explicit_folder import write_explicit_folder
+
+        write_explicit_folder(result, folder, static)
+        _report_explicit(result, static, folder)
     if not result.completed:
         raise typer.Exit(1)
 
@@ -172,8 +212,8 @@ def _check_writable(folder: Path) -> Path:
 
 
 @contextmanager
-def _progress(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
-    """Show travel, force, iterations and time left, on the first rank only."""
+def _progress(name: str, total: float) -> Iterator[Callable[[float, str], None]]:
+    """Show how much is done, a state and time left, on the first rank only."""
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -184,18 +224,18 @@ def _progress(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]
         disable=MPI.COMM_WORLD.rank != 0,
     )
     with progress:
-        task = progress.add_task(
-            "bending", total=test.protocol.travel_mm, state="compiling and meshing"
-        )
+        task = progress.add_task(name, total=total, state="compiling and meshing")
+        yield lambda done, state: progress.update(task, completed=done, state=state)
 
-        def show(step: Step[Observables]) -> None:
-            state = (
-                f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
-                f"{step.iterations:2d} iterations"
-            )
-            progress.update(task, completed=step.travel_mm, state=state)
 
-        yield show
+def _step_state(step: Step[Observables]) -> str:
+    force = step.observables.force_N
+    return f"{step.travel_mm:6.3f} mm {force:8.2f} N {step.iterations:2d} iterations"
+
+
+def _point_state(point: Point) -> str:
+    force, step = point.observables.force_N, 1e6 * point.time_step_s
+    return f"{point.travel_mm:6.3f} mm {force:8.2f} N, steps of {step:.2f} us"
 
 
 @contextmanager
@@ -240,6 +280,37 @@ def _report(result: BendingResult, folder: Path) -> None:
             f"note: the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
             f"{jump.energy_released_Nmm:.3g} N mm"
         )
+    if not result.completed:
+        typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
+
+
+def _report_explicit(result: ExplicitResult, static: BendingResult | None, folder: Path) -> None:
+    from ramiefenics.solve.explicit_result import QUASI_STATIC
+
+    statistics = result.statistics
+    force, at = result.max_force_N, result.displacement_at_max_mm
+    typer.echo(f"largest force {force:.2f} N at {at:.2f} mm")
+    if static is not None:
+        peak, anywhere = result.differences(static.curve)
+        typer.echo(
+            f"quasi-static {static.max_force_N:.2f} N; the largest forces differ by "
+            f"{100 * peak:+.2f} %, the curves nowhere by more than {100 * anywhere:.2f} % of it"
+        )
+    typer.echo(
+        f"energy conserved within {100 * result.energy_error:.2g} %; kinetic energy at most "
+        f"{100 * result.kinetic_share:.2g} % of the stored"
+    )
+    typer.echo(
+        f"mass {statistics.mass_g:.4g} g, {statistics.added_mass_g:.4g} g of it added; indenter "
+        f"at {statistics.speed_mm_per_s:.4g} mm/s"
+    )
+    typer.echo(
+        f"{statistics.dofs} unknowns, {statistics.steps} steps of "
+        f"{1e6 * statistics.least_time_step_s:.3g} us and more, {statistics.wall_s:.1f} s; "
+        f"results in {folder}"
+    )
+    if result.completed and not result.quasi_static:
+        typer.echo(f"note: not quasi-static, kinetic energy above {100 * QUASI_STATIC:g} %")
     if not result.completed:
         typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from matplotlib.image import imsave
@@ -35,9 +37,7 @@ def write_folder(result: BendingResult, folder: str | Path) -> Path:
         The folder.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
-        draft = Path(name)
+    with drafting(folder) as draft:
         result.curve.to_csv(draft / "curve.csv", index=False, float_format="%.8g")
         summary = json.dumps(summarise(result), indent=2)
         (draft / "summary.json").write_text(summary + "\n", encoding="utf-8")
@@ -47,9 +47,17 @@ def write_folder(result: BendingResult, folder: str | Path) -> Path:
             write_fields(result.snapshots, draft / "fields")
             section_figure(result).savefig(draft / "section.png")
             imsave(draft / "deformed.png", deformed_picture(result))
-        for made in sorted(draft.iterdir()):
+    return folder
+
+
+@contextmanager
+def drafting(folder: Path) -> Iterator[Path]:
+    """Give a folder to write to, and move what is in it into `folder` once all has been written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
+        yield Path(name)
+        for made in sorted(Path(name).iterdir()):
             place = folder / made.name
             if place.is_dir():
                 shutil.rmtree(place)
             made.replace(place)
-    return folder

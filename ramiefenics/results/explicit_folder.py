@@ -1,0 +1,79 @@
+"""The folder of a simulation with inertia: curve, summary, figure."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+from ramiefenics.results.explicit_figures import explicit_figure
+from ramiefenics.results.folder import drafting
+from ramiefenics.results.manifest import versions
+from ramiefenics.solve.explicit_result import ExplicitResult
+from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification import write_test
+from ramiefenics.specification.files import to_dict
+
+
+def write_explicit_folder(
+    result: ExplicitResult, folder: str | Path, implicit: BendingResult | None = None
+) -> Path:
+    """Write curve, summary, specification and figure; with the quasi-static curve if there is one.
+
+    Files of an earlier run in that folder are replaced; nothing appears half-written.
+
+    Parameters
+    ----------
+    result
+        The run, from rank 0.
+    folder
+        Where to; made if it does not exist.
+    implicit
+        A quasi-static run of the same test on the same mesh.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    folder = Path(folder)
+    with drafting(folder) as draft:
+        result.curve.to_csv(draft / "curve.csv", index=False, float_format="%.8g")
+        if implicit is not None:
+            implicit.curve.to_csv(draft / "implicit.csv", index=False, float_format="%.8g")
+        summary = json.dumps(summarise_explicit(result, implicit), indent=2)
+        (draft / "summary.json").write_text(summary + "\n", encoding="utf-8")
+        write_test(result.test, draft / "specification.toml")
+        explicit_figure(result, implicit).savefig(draft / "explicit.png")
+    return folder
+
+
+def summarise_explicit(
+    result: ExplicitResult, implicit: BendingResult | None = None
+) -> dict[str, Any]:
+    """Return figures and manifest of a run, ready for JSON."""
+    curve, summary = result.curve, {}
+    if implicit is not None:
+        peak, anywhere = result.differences(implicit.curve)
+        summary = {
+            "implicit_max_force_N": implicit.max_force_N,
+            "max_force_over_implicit": peak,
+            "largest_difference_over_implicit_max": anywhere,
+        }
+    return {
+        "max_force_N": result.max_force_N,
+        "displacement_at_max_mm": result.displacement_at_max_mm,
+        **summary,
+        "completed": result.completed,
+        "ending": dataclasses.asdict(result.ending),
+        "reached_mm": float(curve["displacement_mm"].iloc[-1]),
+        "kinetic_over_stored_energy": result.kinetic_share,
+        "quasi_static": result.quasi_static,
+        "energy_error": result.energy_error,
+        "mass_factor": result.test.numerics.explicit.mass_factor,
+        **dataclasses.asdict(result.statistics),
+        "mesh": result.test.numerics.mesh.name,
+        "versions": versions(),
+        "specification": to_dict(result.test),
+    }
