@@ -29,7 +29,7 @@ from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
     from ramiefenics.model.observables import Observables
-    from ramiefenics.solve.explicit_result import ExplicitResult, Point
+    from ramiefenics.solve.explicit_result import Point
     from ramiefenics.solve.quasistatic import Step
     from ramiefenics.solve.result import BendingResult
 
@@ -112,10 +112,12 @@ def explicit(
     with _progress("explicit", test.numerics.explicit.duration_s) as show:
         result = simulate_explicitly(test, on_point=lambda p: show(p.time_s, _point_state(p)))
     if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.explicit_folder import write_explicit_folder
+        from ramiefenics.results.explicit_folder import sentences, write_explicit_folder
 
         write_explicit_folder(result, folder, static)
-        _report_explicit(result, static, folder)
+        typer.echo("\n".join([*sentences(result, static), f"results in {folder}"]))
+        if not result.completed:
+            typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
     if not result.completed:
         raise typer.Exit(1)
 
@@ -280,37 +282,6 @@ def _report(result: BendingResult, folder: Path) -> None:
             f"note: the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
             f"{jump.energy_released_Nmm:.3g} N mm"
         )
-    if not result.completed:
-        typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
-
-
-def _report_explicit(result: ExplicitResult, static: BendingResult | None, folder: Path) -> None:
-    from ramiefenics.solve.explicit_result import QUASI_STATIC
-
-    statistics = result.statistics
-    force, at = result.max_force_N, result.displacement_at_max_mm
-    typer.echo(f"largest force {force:.2f} N at {at:.2f} mm")
-    if static is not None:
-        peak, anywhere = result.differences(static.curve)
-        typer.echo(
-            f"quasi-static {static.max_force_N:.2f} N; the largest forces differ by "
-            f"{100 * peak:+.2f} %, the curves nowhere by more than {100 * anywhere:.2f} % of it"
-        )
-    typer.echo(
-        f"energy conserved within {100 * result.energy_error:.2g} %; kinetic energy at most "
-        f"{100 * result.kinetic_share:.2g} % of the stored"
-    )
-    typer.echo(
-        f"mass {statistics.mass_g:.4g} g, {statistics.added_mass_g:.4g} g of it added; indenter "
-        f"at {statistics.speed_mm_per_s:.4g} mm/s"
-    )
-    typer.echo(
-        f"{statistics.dofs} unknowns, {statistics.steps} steps of "
-        f"{1e6 * statistics.least_time_step_s:.3g} us and more, {statistics.wall_s:.1f} s; "
-        f"results in {folder}"
-    )
-    if result.completed and not result.quasi_static:
-        typer.echo(f"note: not quasi-static, kinetic energy above {100 * QUASI_STATIC:g} %")
     if not result.completed:
         typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
 

@@ -15,7 +15,7 @@ from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.specification import BendingTest
 
 START = 0.1
-"""Share of the travel after which kinetic energy is judged; before it hardly any is stored."""
+"""Share of the travel after which energies are judged; before it hardly any is stored."""
 
 QUASI_STATIC = 0.05
 """Kinetic over stored energy up to which a test counts as quasi-static, by common practice."""
@@ -39,8 +39,7 @@ class Point:
         Taken by friction and by viscosity.
     energy_error
         Work that became none of these energies, over the largest so far of work, energy, and force
-        times travel: where there is hardly any energy yet, contact hides some of it in the gaps
-        that it leaves.
+        times travel.
     """
 
     time_s: float
@@ -130,14 +129,18 @@ class ExplicitResult:
 
     @property
     def energy_error(self) -> float:
-        """Largest share of the energy that appeared or vanished."""
-        return float(self.curve["energy_error"].abs().max(skipna=False))
+        """Largest share of the energy that appeared or vanished after the start; NaN if none."""
+        return float(self._judged["energy_error"].abs().max(skipna=False))
+
+    @property
+    def _judged(self) -> pd.DataFrame:
+        """The curve after the start; empty if the run ended before."""
+        return self.curve[self.curve["displacement_mm"] > START * self.test.protocol.travel_mm]
 
     @property
     def kinetic_share(self) -> float:
         """Largest ratio of kinetic to stored energy after the start; NaN if it ended before."""
-        curve = self.curve
-        after = curve[curve["displacement_mm"] > START * self.test.protocol.travel_mm]
+        after = self._judged
         return float((after["kinetic_energy_Nmm"] / after["stored_energy_Nmm"]).max())
 
     @property

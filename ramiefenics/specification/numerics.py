@@ -101,10 +101,11 @@ class Explicit:
     step_share
         Time step over the longest stable one.
     max_energy_error
-        Share of the energy that may appear or vanish; a run in which more does ends.
+        Share of the energy that may appear or vanish; a run in which more does after the first
+        tenth of the travel ends.
     """
 
-    duration_s: float = 0.1
+    duration_s: float = 0.05
     ramp: float = 0.2
     mass_factor: float = 1.0
     viscosity: float = 0.06
