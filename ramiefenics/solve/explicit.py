@@ -31,7 +31,6 @@ from ramiefenics.solve.explicit_result import (
 from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.specification import BendingTest
-from ramiefenics.specification.material import G_PER_CM3
 
 INTERVAL_MM = 0.1
 """Travel between the points of the curve. There the longest stable step and the stabilisation of
@@ -181,8 +180,9 @@ class ExplicitTest:
     def _measure(self, time_step_s: float) -> Point:
         comm, factor = self._problem.tube.mesh.comm, self._problem.factor
         self._sum_up_friction()
-        work, supports = comm.allreduce(self._integrals_Nmm, op=MPI.SUM)
         measured, travel = self._observer.observe(), self.drive.travel(self.motion.time_s)
+        rest = self._forces_N * (travel - self._pushed_mm)  # of the last step
+        work, supports = comm.allreduce(self._integrals_Nmm + rest, op=MPI.SUM)
         kinetic = factor * self.motion.kinetic_energy_Nmm
         damping = factor * self.motion.damping_work_Nmm
         held = kinetic + measured.stored_energy_Nmm
@@ -234,8 +234,8 @@ def lumped_mass(problem: BendingProblem) -> Array:
     if comm.allreduce(owned.min(initial=np.inf), op=MPI.MIN) > 0.0:
         return owned
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    solid = problem.solid
-    matrix = assemble_matrix(compile_form(solid.density * ufl.inner(u, v) * solid.dx))
+    consistent = problem.solid.density * ufl.inner(u, v) * problem.solid.dx
+    matrix = assemble_matrix(compile_form(consistent))
     matrix.assemble()
     diagonal = matrix.getDiagonal()
     total = comm.allreduce(owned.sum(), op=MPI.SUM)
@@ -282,8 +282,8 @@ def simulate_explicitly(
                 on_point(point)
     assert moving.ending is not None  # or the points would go on
     cells = problem.tube.mesh.topology.index_map(problem.tube.mesh.topology.dim)
-    mass = problem.factor * comm.allreduce(moving.mass.sum(), op=MPI.SUM) / 3.0
-    mass_g = float(mass) / G_PER_CM3 / 1e3
+    tonnes = problem.factor * float(comm.allreduce(moving.mass.sum(), op=MPI.SUM)) / 3.0
+    mass_g = 1e6 * tonnes
     statistics = ExplicitStatistics(
         dofs=problem.unknowns,
         cells=int(cells.size_global),
