@@ -50,13 +50,14 @@ Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
 ]
-Out = Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME by default.")]
 
 
 @app.command()
 def bend(
     spec: Spec = "table3",
-    out: Out = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
+    ] = None,
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
@@ -83,7 +84,9 @@ def bend(
 @app.command()
 def explicit(
     spec: Spec = "table3",
-    out: Out = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-explicit by default.")
+    ] = None,
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
@@ -93,7 +96,8 @@ def explicit(
 ) -> None:
     """Bend a stalk with inertia, in explicit time steps, and compare with the quasi-static curve.
 
-    Settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`.
+    Settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`. Fine
+    meshes take long; `--mesh ladder_q1_1` takes a minute or two.
     """
     test = load_test(spec, mesh, law, assign)
     folder = _check_writable(out or Path("results") / f"{Path(spec).stem}-explicit")

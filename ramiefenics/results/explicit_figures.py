@@ -49,6 +49,7 @@ def _draw_forces(axes: Axes, result: ExplicitResult, implicit: BendingResult | N
         at, force = static["displacement_mm"], static["force_N"]
         axes.plot(at, force, "o", color=VERMILION, ms=4.5, mfc="none", label=label)
     axes.set_ylabel("Force (N)")
+    axes.set_ylim(bottom=0.0)
     axes.legend(frameon=False, fontsize=8, loc="lower right")
 
 
