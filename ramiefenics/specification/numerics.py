@@ -96,7 +96,7 @@ class Explicit:
         and so does what inertia does to the force, as if the test were so much shorter.
     viscosity
         Damping of the highest frequency, about this share of the critical one; of lower ones in
-        proportion to the frequency. Without it friction, whose tangent is not symmetric, feeds
+        proportion to the frequency. Without it friction, whose tangent is not symmetric, may feed
         vibrations of crushed cells under the cylinders.
     step_share
         Time step over the longest stable one.
