@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
@@ -60,8 +60,19 @@ def row(result: BendingResult, cpu_s: float) -> dict[str, Any]:
     }
 
 
-def run_all(name: str, cases: Mapping[str, BendingTest]) -> dict[str, dict[str, Any]]:
+def run_all(
+    name: str,
+    cases: Mapping[str, BendingTest],
+    work: Callable[[BendingTest], dict[str, Any]] = run,
+) -> dict[str, dict[str, Any]]:
     """Simulate what `docs/NAME.json` does not hold yet; delete the file to start afresh.
+
+    Parameters
+    ----------
+    name, cases
+        Of the file; tests by label.
+    work
+        Simulates one; a function of a module.
 
     Returns
     -------
@@ -74,7 +85,7 @@ def run_all(name: str, cases: Mapping[str, BendingTest]) -> dict[str, dict[str, 
     os.environ["OMP_NUM_THREADS"] = "1"  # for the workers: one core each
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        jobs = {pool.submit(run, test): label for label, test in left.items()}
+        jobs = {pool.submit(work, test): label for label, test in left.items()}
         try:
             for job in track(as_completed(jobs), name, total=len(jobs)):
                 record[jobs[job]] = job.result()

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.solve.explicit import simulate_explicitly
+from ramiefenics.solve.explicit_result import ExplicitResult
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
@@ -18,6 +20,7 @@ from ramiefenics.specification import (
     Closure,
     ContactMethod,
     Elastic,
+    Explicit,
     Fixture,
     Friction,
     Layer,
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
     from ramiefenics.discovery import Discovery, discover
     from ramiefenics.results.convergence_folder import write_convergence
     from ramiefenics.results.discovery_folder import write_discovery
+    from ramiefenics.results.explicit_folder import write_explicit_folder
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
@@ -60,6 +64,8 @@ __all__ = [
     "Discovery",
     "Effect",
     "Elastic",
+    "Explicit",
+    "ExplicitResult",
     "Fixture",
     "Friction",
     "Layer",
@@ -90,8 +96,10 @@ __all__ = [
     "section_figure",
     "sensitivities",
     "simulate",
+    "simulate_explicitly",
     "write_convergence",
     "write_discovery",
+    "write_explicit_folder",
     "write_folder",
     "write_test",
 ]
@@ -107,6 +115,7 @@ _ON_DEMAND = {
     "section_figure": "results.figures",
     "write_convergence": "results.convergence_folder",
     "write_discovery": "results.discovery_folder",
+    "write_explicit_folder": "results.explicit_folder",
     "write_folder": "results.folder",
 }
 

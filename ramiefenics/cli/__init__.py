@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,18 +12,18 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.specification import (
-    BendingTest,
-    SpecificationError,
-    SpecificationWarning,
-    mesh_recipe,
-    override,
-    published_test,
-    read_test,
+from ramiefenics.cli.checks import converge_command, explicit_command, verify_command
+from ramiefenics.cli.common import (
+    Assignments,
+    LawName,
+    MeshName,
+    Spec,
+    check_writable,
+    load_test,
+    resumable,
 )
-from ramiefenics.specification.bending import LAWS
+from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
-from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
     from ramiefenics.solve.result import BendingResult
@@ -38,16 +35,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Spec = Annotated[
-    str,
-    typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
-]
-LawName = Annotated[str | None, typer.Option("--law", help=f"Hyperelastic law: {', '.join(LAWS)}.")]
-MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
-Assignments = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
-]
+app.command("converge")(converge_command)
+app.command("explicit")(explicit_command)
+app.command("verify")(verify_command)
 
 
 @app.command()
@@ -62,7 +52,7 @@ def bend(
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = load_test(spec, mesh, law, assign)
-    folder = _check_writable(out or Path("results") / Path(spec).stem)
+    folder = check_writable(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.model.laws import check_law
     from ramiefenics.solve.simulate import simulate
@@ -76,43 +66,6 @@ def bend(
         write_folder(result, folder)
         _report(result, folder)
     if not result.completed:
-        raise typer.Exit(1)
-
-
-@app.command("converge")
-def converge_command(
-    spec: Spec = "table3",
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME-convergence if none.")
-    ] = None,
-    order: Annotated[int, typer.Option(help="Of the elements: 1 or 2.")] = 2,
-    meshes: Annotated[int, typer.Option(help="How many of the ladder's, from the coarsest.")] = 5,
-    law: LawName = None,
-    assign: Assignments = None,
-) -> None:
-    """Bend a stalk on a ladder of meshes: order of convergence, limit and error."""
-    for assignment in assign or []:
-        if assignment.strip().startswith("numerics.mesh"):
-            raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
-    test = load_test(spec, None, law, assign)
-    folder = _check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
-    from ramiefenics.convergence import converge
-    from ramiefenics.convergence.study import check_ladder
-    from ramiefenics.model.laws import check_law
-
-    check_ladder(order, meshes)  # before there is a progress bar
-    check_law(test)
-    with _resumable(), progress.refining() as show:
-        study = converge(test, order, meshes, on_progress=show)
-    if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.convergence_folder import convergence_table, write_convergence
-
-        write_convergence(study, folder)
-        typer.echo(convergence_table(study))
-        for told in study.notes():
-            typer.echo(f"note: {told}")
-        typer.echo(f"results in {folder}")
-    if not study.completed:
         raise typer.Exit(1)
 
 
@@ -146,7 +99,7 @@ def discover_command(
     seed: Annotated[int, typer.Option(help="Of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
-    folder = _check_writable(out or Path("results") / Path(dataset).resolve().name)
+    folder = check_writable(out or Path("results") / Path(dataset).resolve().name)
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
@@ -158,39 +111,11 @@ def discover_command(
     suspects = dict(EFFECTS)
     for path in effects or []:
         suspects |= load_effects(path)
-    with _resumable(), progress.counting() as (stage, count):
+    with resumable(), progress.counting() as (stage, count):
         found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
     typer.echo(f"results in {folder}")
-
-
-@app.command()
-def verify(
-    studies: Annotated[
-        list[str] | None, typer.Argument(help="Which; all by default, see docs/verification.md.")
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
-) -> None:
-    """Check the solver against exact solutions, theories and other codes."""
-    folder = _check_writable(out)
-    from rich.progress import track
-
-    from ramiefenics.results.verification_report import write_verification
-    from ramiefenics.verification import STUDIES
-
-    for name in studies or []:
-        if name not in STUDIES:
-            raise SpecificationError("studies", name, f"must be one of {', '.join(STUDIES)}")
-    warnings.simplefilter("ignore", SpecificationWarning)
-    done = {name: STUDIES[name]() for name in track(studies or list(STUDIES), "verifying")}
-    for study in done.values():
-        for check in study.checks:
-            verdict = "holds" if check.passed else "FAILS"
-            typer.echo(f"{verdict}  {study.title}: {check.what} {check.value:.6g}, {check.limits}")
-    typer.echo(f"report in {write_verification(done, folder)}")
-    if not all(check.passed for study in done.values() for check in study.checks):
-        raise typer.Exit(1)
 
 
 @app.command()
@@ -202,44 +127,6 @@ def specification(
 ) -> None:
     """Print a specification in full as TOML, to keep and to change."""
     typer.echo(dump_test(load_test(spec, mesh, law, assign)), nl=False)
-
-
-def load_test(
-    spec: str, mesh: str | None, law: str | None, assignments: list[str] | None
-) -> BendingTest:
-    """Return the test that the command line names.
-
-    Raises
-    ------
-    SpecificationError
-        If a name, a file or a value is not usable.
-    """
-    named = "/" not in spec and not spec.endswith(".toml")
-    test = published_test(spec) if named else read_test(spec)
-    changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
-    changes += [f"law={law}"] if law is not None else []
-    return override(test, changes + (assignments or []))
-
-
-def _check_writable(folder: Path) -> Path:
-    """Find out before hours are spent on what goes into it; make nothing yet."""
-    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        allowed = f"must be a folder that can be written, but {existing} cannot"
-        raise SpecificationError("out", str(folder), allowed)
-    return folder
-
-
-@contextmanager
-def _resumable() -> Iterator[None]:
-    """Tell who interrupts what keeps its simulations that they are kept."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if MPI.COMM_WORLD.rank == 0:
-            kept = "what is simulated is kept, so run it again"
-            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
-        raise typer.Exit(130) from None
 
 
 def _report(result: BendingResult, folder: Path) -> None:

@@ -13,6 +13,7 @@ from ramiefenics.specification import BendingTest
 
 if TYPE_CHECKING:
     from ramiefenics.model.observables import Observables
+    from ramiefenics.solve.explicit_result import Point
     from ramiefenics.solve.quasistatic import Step
 
 STATE = "{task.fields[state]}"
@@ -33,11 +34,13 @@ def _bar(text: str) -> Progress:
 
 
 @contextmanager
-def bending(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
+def bending(
+    test: BendingTest, name: str = "bending"
+) -> Iterator[Callable[[Step[Observables]], None]]:
     """Show travel, force, iterations and time left of a run."""
     with _bar(STATE) as progress:
         total, state = test.protocol.travel_mm, "compiling and meshing"
-        task = progress.add_task("bending", total=total, state=state)
+        task = progress.add_task(name, total=total, state=state)
 
         def show(step: Step[Observables]) -> None:
             state = (
@@ -45,6 +48,23 @@ def bending(test: BendingTest) -> Iterator[Callable[[Step[Observables]], None]]:
                 f"{step.iterations:2d} iterations"
             )
             progress.update(task, completed=step.travel_mm, state=state)
+
+        yield show
+
+
+@contextmanager
+def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
+    """Show time, travel, force and time left of a run with inertia."""
+    with _bar(STATE) as progress:
+        total = test.numerics.explicit.duration_s
+        task = progress.add_task("explicit", total=total, state="compiling and meshing")
+
+        def show(point: Point) -> None:
+            state = (
+                f"{point.travel_mm:6.3f} mm {point.observables.force_N:8.2f} N, "
+                f"steps of {1e6 * point.time_step_s:.2f} us"
+            )
+            progress.update(task, completed=point.time_s, state=state)
 
         yield show
 

@@ -12,10 +12,11 @@ from scipy.interpolate import Akima1DInterpolator
 
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
+from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
-from ramiefenics.measured import Dataset, Specimen
-from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.measured import Dataset
+from ramiefenics.specification import BendingTest, MeshRecipe, SpecificationError
 
 POINTS = 28
 """Displacements at which curves are compared: noise is correlated over about one such interval."""
@@ -137,9 +138,10 @@ class Simulator:
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
         return Task(dataclasses.replace(test, protocol=protocol), factors)
 
-    def linearise(self, model: Model, ahead: Sequence[BendingTest] = ()) -> Linearised:
-        """Simulate every specimen of a baseline with derivatives, and other tests for later."""
+    def linearise(self, model: Model, meshes: Sequence[MeshRecipe] = ()) -> Linearised:
+        """Simulate every specimen of a baseline with derivatives; on other meshes for later."""
         tests = [model.test(specimen.test) for specimen in self._specimens]
+        ahead = self._on_meshes(tests, meshes)
         tasks = [self._task(test, model.factors) for test in tests]
         curves = self._runs.curves([*(self._task(test) for test in ahead), *tasks])[len(ahead) :]
         slopes = [
@@ -179,10 +181,16 @@ class Simulator:
         curves = self._runs.curves([self._task(test) for test in tests])
         return (self._predictions(tests, curves) - base.force) / effect.typical
 
-    def on_meshes(self, base: Linearised, index: int, meshes: Sequence[BendingTest]) -> Array:
-        """Return one specimen's relative change of force on other meshes, shape (meshes, m)."""
-        curves = self._runs.curves([self._task(test) for test in meshes])
-        return _over(self._predictions(meshes, curves), base.force[index]) - 1.0
+    def on_meshes(self, base: Linearised, meshes: Sequence[MeshRecipe]) -> Array:
+        """Return the relative change of every curve on other meshes, shape (n, meshes, m)."""
+        tests = self._on_meshes([base.model.test(s.test) for s in self._specimens], meshes)
+        curves = self._runs.curves([self._task(test) for test in tests])
+        force = self._predictions(tests, curves).reshape(len(base.force), len(meshes), -1)
+        return _over(force, base.force[:, None]) - 1.0
+
+    @staticmethod
+    def _on_meshes(tests: Sequence[BendingTest], meshes: Sequence[MeshRecipe]) -> list[BendingTest]:
+        return [on_mesh(test, mesh) for test in tests for mesh in meshes]
 
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])
@@ -226,9 +234,3 @@ def _step(effect: Effect, amplitude: float) -> float:
     step = DERIVATIVE_SHARE * effect.typical
     low, high = effect.bounds
     return step if low <= amplitude + step <= high else -step
-
-
-def reference_specimen(specimens: Sequence[Specimen]) -> int:
-    """Return the index of the specimen of median diameter."""
-    diameters = [specimen.test.stalk.outer_diameter_mm for specimen in specimens]
-    return int(np.argsort(diameters)[len(diameters) // 2])

@@ -12,11 +12,10 @@ from ramiefenics.discovery.comparison import (
     Model,
     Observed,
     Simulator,
-    reference_specimen,
 )
 from ramiefenics.discovery.evidence import Array, Evidence, Fit
 from ramiefenics.discovery.factors import factors
-from ramiefenics.discovery.meshes import on_mesh, other_meshes
+from ramiefenics.discovery.meshes import other_meshes
 from ramiefenics.discovery.verdict import MODEL_ERROR, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
@@ -98,16 +97,14 @@ class Fitter:
 
     def __init__(self, dataset: Dataset, observed: Observed, simulator: Simulator) -> None:
         self._dataset, self._observed, self._simulator = dataset, observed, simulator
-        self._mesh_error: Array  # relative, from the median specimen; known since the baseline
+        self._mesh_error: Array  # relative, (n, meshes, m); known since the baseline
 
     def baseline(self) -> Fitted:
         """Fit the common factors."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
-        index = reference_specimen(self._dataset.specimens)
-        reference = self._dataset.specimens[index].test
-        meshes = [on_mesh(reference, mesh) for mesh in other_meshes(reference.numerics.mesh)]
+        meshes = other_meshes(self._dataset.specimens[0].test.numerics.mesh)
         curves = self._simulator.linearise(Model(used, (0.0,) * len(used)), meshes)
-        self._mesh_error = self._simulator.on_meshes(curves, index, meshes)
+        self._mesh_error = self._simulator.on_meshes(curves, meshes)
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.common_log_factors(evidence.fit())
@@ -149,7 +146,7 @@ class Fitter:
         residual += np.einsum("k,nkm->nm", curves.model.log_factors, by_factors)
         if curves.by_effect is not None:
             residual += curves.model.amplitude * curves.by_effect / peak
-        meshes = self._mesh_error[None] * (curves.force / peak)[:, None]
+        meshes = self._mesh_error * (curves.force / peak)[:, None]
         wrong = model_error * smooth(*residual.shape)
         return Evidence(residual, by_factors, np.concatenate([meshes, wrong], axis=1))
 

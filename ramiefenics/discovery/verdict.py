@@ -70,7 +70,7 @@ def gains_without_each(
 ) -> Array:
     """Return what signatures gain where one specimen is left out, shape (E, n).
 
-    No single specimen, whose mesh error or handling may be its own, is to decide.
+    No single specimen, whose handling may be its own, is to decide.
     """
     gains = []
     for specimen in range(signatures.shape[1]):

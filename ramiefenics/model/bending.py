@@ -75,7 +75,8 @@ class BendingProblem:
         ]
         u = self.solid.displacement
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
-        residual = ufl.derivative(self.solid.energy(), u, v) + self.contact.residual(v)
+        self._parts = ufl.derivative(self.solid.energy(), u, v), self.contact.residual(v)
+        residual = sum(self._parts)
         self.residual = compile_form(residual)
         self.jacobian = compile_form(ufl.derivative(residual, u, du))
         self.energy = compile_form(self.solid.energy())
@@ -91,6 +92,11 @@ class BendingProblem:
     def displacement(self) -> fem.Function:
         """The unknown."""
         return self.solid.displacement
+
+    def compile_parts(self) -> tuple[fem.Form, fem.Form]:
+        """Compile the two terms of the residual one by one: the solid's, and contact's."""
+        solid, contact = self._parts
+        return compile_form(solid), compile_form(contact)
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""

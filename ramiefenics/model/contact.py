@@ -270,6 +270,45 @@ class Contact:
         self._motion.x.array[:] = 0.0
         self._last_travel.value = float(self._travel.value)
 
+    def drift(self, name: str, dy: float, memory_mm: float) -> None:
+        """Move a cylinder on by one of very many small steps, which slip outlasts.
+
+        The states that slip refers to follow the current one at a distance, as a low-pass filter
+        does, instead of coming up to it: steady slip is then that over the last `memory_mm` of
+        travel, and friction the same function of slip per travel as with steps of that length.
+        Slip measured over the small step itself would make Coulomb's law as stiff as that step is
+        short. As a spring and a dashpot in series (Maxwell 1867) it only takes energy: the
+        friction work of `sums` is then that done while the drive travels by `memory_mm`.
+
+        Parameters
+        ----------
+        name
+            The cylinder that moves.
+        dy
+            Its displacement along Y since the last call, mm.
+        memory_mm
+            Travel over which slip is remembered.
+        """
+        share = min(abs(dy) / memory_mm, 1.0)
+        self._travel.value = self._last_travel.value = memory_mm
+        previous, motion = self._previous.x.array, self._motion.x.array
+        self._before_previous.x.array[:] += share * (previous - self._before_previous.x.array)
+        previous += share * (self.solid.displacement.x.array - previous)
+        self._last_motion.x.array[:] += share * (motion - self._last_motion.x.array)
+        motion *= 1.0 - share
+        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
+            if cylinder.name == name:
+                self._axis.x.array.reshape(-1, 2)[cells, 0] += dy
+                motion.reshape(-1, 2)[cells, 0] += dy
+
+    def nodes(self) -> dict[str, NDArray[np.int32]]:
+        """Return by cylinder the local nodes on which its forces act, those of its cells."""
+        nodes_of = self.solid.space.dofmap.list
+        return {
+            cylinder.name: np.unique(nodes_of[cells])
+            for cylinder, cells in zip(self.cylinders, self._cells, strict=True)
+        }
+
     def _compile_sums(self) -> fem.Form:
         w = ufl.TestFunction(fem.functionspace(self.solid.mesh, ("DG", 0, (7,))))
         work = -ufl.dot(self.friction, self._slip)

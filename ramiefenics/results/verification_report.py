@@ -28,7 +28,8 @@ or all of them by `./run ramiefenics verify --out docs`, which wrote this page. 
 study too, and besides: energy, stress and tangent of the laws against finite differences, the
 linearisation against the stiffness, objectivity (`tests/test_laws.py`); jumps
 (`tests/test_jump.py`); two ranks against one (`tests/test_parallel.py`). How the answer depends on
-mesh and steps is in [convergence.md](convergence.md).
+mesh and steps is in [convergence.md](convergence.md); a second solver, with inertia and explicit
+time steps, checks the whole curve in [explicit.md](explicit.md).
 
 """
 

@@ -6,7 +6,7 @@ from ramiefenics.specification.files import override, read_test, write_test
 from ramiefenics.specification.fixture import Fixture, Friction, Machine, Protocol
 from ramiefenics.specification.material import Closure, Elastic, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
-from ramiefenics.specification.numerics import ContactMethod, Numerics, Stepping
+from ramiefenics.specification.numerics import ContactMethod, Explicit, Numerics, Stepping
 from ramiefenics.specification.published import published_test, ramie, ramie_at_height
 from ramiefenics.specification.stalk import Layer, Stalk
 
@@ -15,6 +15,7 @@ __all__ = [
     "Closure",
     "ContactMethod",
     "Elastic",
+    "Explicit",
     "Fixture",
     "Friction",
     "Layer",

@@ -1,4 +1,4 @@
-"""How the equations are solved: mesh recipe, contact, stepping."""
+"""How the equations are solved: mesh recipe, contact, stepping, explicit dynamics."""
 
 from __future__ import annotations
 
@@ -79,6 +79,48 @@ class Stepping:
         check_choice(self, "linear_solver", ("auto", "direct", "iterative"))
 
 
+@dataclass(frozen=True)
+class Explicit:
+    """Central differences in time, by which the quasi-static answer is checked.
+
+    Attributes
+    ----------
+    duration_s
+        Of the whole travel. The longer, the closer to equilibrium, and the more steps.
+    ramp
+        Share of the duration in which the indenter's velocity rises smoothly from zero; constant
+        afterwards.
+    mass_factor
+        All densities are multiplied by it (mass scaling). Time steps grow with its square root,
+        and so does what inertia does to the force, as if the test were so much shorter.
+    viscosity
+        Damping of the highest frequency, about this share of the critical one; of lower ones in
+        proportion to the frequency. Without it friction, whose tangent is not symmetric, may feed
+        vibrations of crushed cells under the cylinders.
+    step_share
+        Time step over the longest stable one.
+    max_energy_error
+        Share of the energy that may appear or vanish; a run in which more does after the first
+        tenth of the travel ends.
+    """
+
+    duration_s: float = 0.05
+    ramp: float = 0.2
+    mass_factor: float = 1.0
+    viscosity: float = 0.06
+    step_share: float = 0.9
+    max_energy_error: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        check_number(self, "duration_s", above=0.0, unit="s")
+        check_number(self, "ramp", above=0.0, at_most=1.0)
+        check_number(self, "mass_factor", at_least=1.0)
+        check_number(self, "viscosity", at_least=0.0, at_most=0.5)
+        check_number(self, "step_share", above=0.0, at_most=1.0)
+        check_number(self, "max_energy_error", above=0.0, below=1.0)
+
+
 DOMAINS = ("quarter", "half", "full")
 
 
@@ -93,6 +135,8 @@ class Numerics:
         the whole stalk.
     mesh, contact, stepping
         The parts.
+    explicit
+        Explicit dynamics, which only `simulate_explicitly` and ``ramiefenics explicit`` use.
     acoustic_check
         Search for the smallest acoustic eigenvalue after every step, and with it for the loss of
         ellipticity. Costs up to a third of a run; for sweeps around a specification that is known
@@ -103,6 +147,7 @@ class Numerics:
     mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("standard"))
     contact: ContactMethod = field(default_factory=ContactMethod)
     stepping: Stepping = field(default_factory=Stepping)
+    explicit: Explicit = field(default_factory=Explicit)
     acoustic_check: bool = True
 
     def __post_init__(self) -> None:
@@ -111,4 +156,5 @@ class Numerics:
         check_instance(self, "mesh", MeshRecipe)
         check_instance(self, "contact", ContactMethod)
         check_instance(self, "stepping", Stepping)
+        check_instance(self, "explicit", Explicit)
         check_choice(self, "acoustic_check", (False, True))

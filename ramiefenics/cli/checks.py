@@ -1,0 +1,129 @@
+"""Commands that check the solver: `ramiefenics converge`, `explicit`, `verify`."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+
+from ramiefenics.cli import progress
+from ramiefenics.cli.common import (
+    Assignments,
+    LawName,
+    MeshName,
+    Spec,
+    check_writable,
+    load_test,
+    resumable,
+)
+from ramiefenics.specification import SpecificationError, SpecificationWarning
+
+
+def converge_command(
+    spec: Spec = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-convergence if none.")
+    ] = None,
+    order: Annotated[int, typer.Option(help="Of the elements: 1 or 2.")] = 2,
+    meshes: Annotated[int, typer.Option(help="How many of the ladder's, from the coarsest.")] = 5,
+    law: LawName = None,
+    assign: Assignments = None,
+) -> None:
+    """Bend a stalk on a ladder of meshes: order of convergence, limit and error."""
+    for assignment in assign or []:
+        if assignment.strip().startswith("numerics.mesh"):
+            raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
+    test = load_test(spec, None, law, assign)
+    folder = check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
+    from ramiefenics.convergence import converge
+    from ramiefenics.convergence.study import check_ladder
+    from ramiefenics.model.laws import check_law
+
+    check_ladder(order, meshes)  # before there is a progress bar
+    check_law(test)
+    with resumable(), progress.refining() as show:
+        study = converge(test, order, meshes, on_progress=show)
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.convergence_folder import convergence_table, write_convergence
+
+        write_convergence(study, folder)
+        typer.echo(convergence_table(study))
+        for told in study.notes():
+            typer.echo(f"note: {told}")
+        typer.echo(f"results in {folder}")
+    if not study.completed:
+        raise typer.Exit(1)
+
+
+def explicit_command(
+    spec: Spec = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-explicit by default.")
+    ] = None,
+    mesh: MeshName = None,
+    law: LawName = None,
+    assign: Assignments = None,
+    implicit: Annotated[
+        bool, typer.Option(help="Bend the stalk quasi-statically first, to compare with.")
+    ] = True,
+) -> None:
+    """Bend a stalk with inertia, in explicit time steps, and compare with the quasi-static curve.
+
+    Settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`. Fine
+    meshes take long; `--mesh ladder_q1_1` takes a minute or two.
+    """
+    test = load_test(spec, mesh, law, assign)
+    folder = check_writable(out or Path("results") / f"{Path(spec).stem}-explicit")
+    from ramiefenics.model.laws import check_law
+    from ramiefenics.solve.explicit import simulate_explicitly
+    from ramiefenics.solve.simulate import simulate
+
+    check_law(test)
+    static = None
+    if implicit:
+        with progress.bending(test, "implicit") as show:
+            static = simulate(test, on_step=show)
+    if static is not None and static.ending.kind == "interrupted":
+        typer.echo("ramiefenics: interrupted before the explicit run; nothing written", err=True)
+        raise typer.Exit(1)
+    with progress.moving(test) as tell:
+        result = simulate_explicitly(test, on_point=tell)
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.explicit_folder import sentences, write_explicit_folder
+
+        write_explicit_folder(result, folder, static)
+        typer.echo("\n".join([*sentences(result, static), f"results in {folder}"]))
+        if not result.completed:
+            typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
+    if not result.completed:
+        raise typer.Exit(1)
+
+
+def verify_command(
+    studies: Annotated[
+        list[str] | None, typer.Argument(help="Which; all by default, see docs/verification.md.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
+) -> None:
+    """Check the solver against exact solutions, theories and other codes."""
+    folder = check_writable(out)
+    from rich.progress import track
+
+    from ramiefenics.results.verification_report import write_verification
+    from ramiefenics.verification import STUDIES
+
+    for name in studies or []:
+        if name not in STUDIES:
+            raise SpecificationError("studies", name, f"must be one of {', '.join(STUDIES)}")
+    warnings.simplefilter("ignore", SpecificationWarning)
+    done = {name: STUDIES[name]() for name in track(studies or list(STUDIES), "verifying")}
+    for study in done.values():
+        for check in study.checks:
+            verdict = "holds" if check.passed else "FAILS"
+            typer.echo(f"{verdict}  {study.title}: {check.what} {check.value:.6g}, {check.limits}")
+    typer.echo(f"report in {write_verification(done, folder)}")
+    if not all(check.passed for study in done.values() for check in study.checks):
+        raise typer.Exit(1)

@@ -1,0 +1,186 @@
+"""Central differences: a structure with lumped mass, moved on by its own forces.
+
+    M (v+ - v-) / dt = -R(u + b dt v-),        u+ = u + dt v+
+
+with velocities half-way between the displacements (Belytschko, Liu and Moran 2000, section 6.2).
+The forces are those of where the structure will be after ``b dt``: for a linear one this adds a
+viscosity ``C = b dt K``, which damps a mode of frequency w by the share ``b w dt / 2`` of its
+critical damping, at no cost. With ``a = (w dt)^2`` the amplitudes obey ``x+ = (2 - a - a b) x -
+(1 - a b) x-``, which stays bounded while ``a (1 + 2 b) <= 4``: the longest stable step is
+``2 / (w sqrt(1 + 2 b))`` for the highest w, Courant's for ``b = 0``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.solve.tangent import DIFFERENCE_MM
+
+LEAST_ITERATIONS, MOST_ITERATIONS = 12, 60
+"""Products with the tangent in one estimate of the highest frequency. The least number lets a
+mode that was not the highest before come up."""
+
+RITZ_TOLERANCE = 0.02
+"""Residual of the highest eigenvalue, w^2, over itself; it is added to what is found."""
+
+Array = NDArray[np.float64]
+
+
+class CentralDifferences:
+    """Moves a structure step by step; collective.
+
+    Parameters
+    ----------
+    u
+        Displacement, mm; moved in place. Held components stay as they are.
+    mass
+        Lumped, tonne, shape (n,): one entry per component that this rank owns.
+    bcs
+        Dirichlet conditions; their components are held.
+    residual
+        Returns the residual at the current displacement, N, shape (n,). An array of its own, or
+        one that the next call overwrites.
+    viscosity
+        The b above.
+
+    Attributes
+    ----------
+    velocity
+        Before the next step, mm/s, shape (n,); may be set before the first one.
+    time_s
+        Time at the current displacement.
+    kinetic_energy_Nmm
+        At the beginning of the last step.
+    damping_work_Nmm
+        Taken by viscosity so far.
+    evaluations
+        Calls of the residual so far.
+    """
+
+    def __init__(
+        self,
+        u: fem.Function,
+        mass: Array,
+        bcs: list[fem.DirichletBC],
+        residual: Callable[[], Array],
+        viscosity: float = 0.0,
+    ) -> None:
+        self._u, self._mass, self._residual = u, mass, residual
+        self.viscosity = viscosity
+        self._comm = u.function_space.mesh.comm
+        self._inverse_mass = 1.0 / mass
+        for bc in bcs:
+            dofs, owned = bc.dof_indices()
+            self._inverse_mass[dofs[:owned]] = 0.0
+        self.velocity = np.zeros_like(mass)
+        self.time_s = self.kinetic_energy_Nmm = self.damping_work_Nmm = 0.0
+        self.evaluations = 0
+        self._last_step_s = 0.0  # the first velocity is that at the time of the displacement
+        self._forces: Array | None = None
+        self._ritz = np.random.default_rng(self._comm.rank).standard_normal(len(mass))
+
+    def step(self, length_s: float, drive: Callable[[float], None] | None = None) -> None:
+        """Move on.
+
+        Parameters
+        ----------
+        length_s
+            Time step.
+        drive
+            Brings what acts on the structure to a time, s; called once, at non-decreasing times.
+        """
+        ahead = self.viscosity * length_s
+        if drive is not None:
+            drive(self.time_s + ahead)
+        here = self._u.x.array.copy()
+        self._move(ahead)
+        forces = self._evaluate()
+        self._u.x.array[:] = here
+        before = self.velocity
+        span = (self._last_step_s + length_s) / 2.0
+        self.velocity = before - span * self._inverse_mass * forces
+        middle = (before + self.velocity) / 2.0
+        self.kinetic_energy_Nmm = self._sum(self._mass * middle**2) / 2.0
+        if self._forces is not None:  # the change of force over a step is dt K v, to first order
+            self.damping_work_Nmm += ahead * self._sum(middle * (forces - self._forces))
+        self._forces = forces
+        self._move(length_s)
+        self.time_s += length_s
+        self._last_step_s = length_s
+
+    def longest_step(self) -> float:
+        """Return the longest stable step, s, by the highest frequency about the current state."""
+        frequency = self.highest_frequency()
+        return 2.0 / (frequency * math.sqrt(1.0 + 2.0 * self.viscosity))
+
+    def highest_frequency(self) -> float:
+        """Estimate the highest angular frequency about the current state, 1/s.
+
+        By Arnoldi's method (1951), for contact's tangent is not symmetric, from where the last
+        estimate ended. The tangent is a difference quotient of the residual. To the largest Ritz
+        value its residual is added, a bound on the distance to the next eigenvalue of a symmetric
+        matrix (Parlett 1998, theorem 4.5.1).
+        """
+        scale = np.sqrt(self._inverse_mass)
+        here, forces = self._u.x.array.copy(), self._evaluate()
+        basis = np.zeros((MOST_ITERATIONS + 1, len(scale)))
+        projected = np.zeros((MOST_ITERATIONS + 1, MOST_ITERATIONS))
+        basis[0] = self._start(scale)
+        for k in range(MOST_ITERATIONS):
+            product = scale * self._tangent(scale * basis[k], here, forces)
+            for _ in range(2):  # once more against rounding
+                share = self._sums(basis[: k + 1] @ product)
+                projected[: k + 1, k] += share
+                product -= share @ basis[: k + 1]
+            size = projected[k + 1, k] = math.sqrt(self._sum(product**2))
+            values, vectors = np.linalg.eig(projected[: k + 1, : k + 1])
+            highest = int(np.argmax(np.abs(values)))
+            value, error = abs(values[highest]), size * abs(vectors[k, highest])
+            exhausted = size <= 1e-9 * value
+            if exhausted or (k + 1 >= LEAST_ITERATIONS and error <= RITZ_TOLERANCE * value):
+                break
+            basis[k + 1] = product / size
+        self._ritz = np.real(vectors[:, highest]) @ basis[: k + 1]
+        self._u.x.array[:] = here
+        return math.sqrt(value + error)
+
+    def _start(self, scale: Array) -> Array:
+        """Return the last Ritz vector with half as much noise, in which all modes are."""
+        seed = (self.evaluations, self._comm.rank)
+        noise = np.random.default_rng(seed).standard_normal(len(scale)) * (scale > 0.0)
+        last = self._ritz * (scale > 0.0)
+        start = last / math.sqrt(self._sum(last**2)) + noise / math.sqrt(4.0 * self._sum(noise**2))
+        return np.asarray(start / math.sqrt(self._sum(start**2)))
+
+    def _tangent(self, direction: Array, here: Array, forces: Array) -> Array:
+        """Apply the tangent at the state `here`, where `forces` act."""
+        largest = self._comm.allreduce(np.abs(direction).max(initial=0.0), op=MPI.MAX)
+        step = DIFFERENCE_MM / largest
+        self._u.x.array[:] = here
+        self._u.x.array[: len(direction)] += step * direction
+        self._u.x.scatter_forward()
+        return (self._evaluate() - forces) / step
+
+    def _move(self, duration_s: float) -> None:
+        """Move on with the current velocity."""
+        if duration_s:
+            self._u.x.array[: len(self.velocity)] += duration_s * self.velocity
+            self._u.x.scatter_forward()
+
+    def _evaluate(self) -> Array:
+        self.evaluations += 1
+        return self._residual().copy()
+
+    def _sum(self, values: Array) -> float:
+        return float(self._comm.allreduce(values.sum(), op=MPI.SUM))
+
+    def _sums(self, values: Array) -> Array:
+        total: Any = self._comm.allreduce(values, op=MPI.SUM)
+        return np.asarray(total)

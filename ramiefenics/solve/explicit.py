@@ -1,0 +1,300 @@
+"""The bending test with inertia, in explicit time steps: a check of the quasi-static answer.
+
+The indenter's velocity rises by the smooth step ``10 x^3 - 15 x^4 + 6 x^5`` and stays constant; so
+many steps are needed that its travel in one of them is far below any length of the problem.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from dolfinx.fem.petsc import assemble_matrix
+from mpi4py import MPI
+
+from ramiefenics.model.bending import INDENTER, BendingProblem
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.observables import Observer
+from ramiefenics.model.tube import TubeMesh
+from ramiefenics.solve.central_differences import Array, CentralDifferences
+from ramiefenics.solve.explicit_result import (
+    START,
+    ExplicitResult,
+    ExplicitStatistics,
+    Point,
+    tabulate,
+)
+from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
+from ramiefenics.solve.quasistatic import Ending
+from ramiefenics.specification import BendingTest
+
+INTERVAL_MM = 0.1
+"""Travel between the points of the curve. There the longest stable step and the stabilisation of
+contact are renewed."""
+
+FRICTION_MEMORY_MM = 0.2
+"""Travel over which slip is remembered, see `Contact.drift`: shorter than implicit steps, and long
+enough for friction to be no stiffer than contact itself."""
+
+SAMPLED_STEPS = 20
+"""Friction's power is evaluated, and the user heard, once in so many steps."""
+
+START_ENERGY_ERROR = 0.5
+"""Share of the energy that may appear or vanish at the start, where contact hides some of what
+little there is in the gaps that it leaves; an instability soon makes more than there was."""
+
+
+class SmoothStart:
+    """Travel of the indenter over time.
+
+    Parameters
+    ----------
+    travel_mm, duration_s
+        Of the whole test.
+    ramp
+        Share of the duration in which the velocity rises.
+
+    Attributes
+    ----------
+    speed_mm_per_s
+        Velocity after that.
+    """
+
+    def __init__(self, travel_mm: float, duration_s: float, ramp: float) -> None:
+        self._ramp_s = ramp * duration_s
+        self.speed_mm_per_s = travel_mm / (duration_s - self._ramp_s / 2.0)
+
+    def travel(self, time_s: float) -> float:
+        """Return the travel at a time, mm: the integral of the smooth step, then a line."""
+        x = min(time_s / self._ramp_s, 1.0)
+        rising = self._ramp_s * x**4 * (2.5 - 3.0 * x + x**2)
+        return self.speed_mm_per_s * (rising + max(time_s - self._ramp_s, 0.0))
+
+
+class ExplicitTest:
+    """A stalk between its cylinders, moved by central differences.
+
+    Parameters
+    ----------
+    problem
+        What moves, at rest.
+
+    Attributes
+    ----------
+    mass
+        Lumped and scaled, tonne, as `CentralDifferences` wants it.
+    motion, drive
+        How the stalk moves, and the indenter.
+    steps, time_steps_s
+        Number of steps so far, and their lengths from point to point.
+    ending
+        Why the test ended, once it has.
+    """
+
+    def __init__(self, problem: BendingProblem) -> None:
+        self._problem, self._protocol = problem, problem.test.protocol
+        self._settings = settings = problem.test.numerics.explicit
+        self._observer = Observer(problem)
+        self._solid_form, self._contact_form = problem.compile_parts()
+        self._total = fem.assemble_vector(self._contact_form)
+        self._nodes = problem.contact.nodes()
+        self.mass = settings.mass_factor * lumped_mass(problem)
+        self.motion = CentralDifferences(
+            problem.displacement, self.mass, problem.bcs, self._residual, settings.viscosity
+        )
+        self.drive = SmoothStart(self._protocol.travel_mm, settings.duration_s, settings.ramp)
+        self._pushed_mm = self._push_mm = 0.0  # until now, and in this step
+        # of the indenter and of the supports: last evaluated, at the last step, over the travel
+        self._evaluated_N: Array = np.zeros(2)
+        self._forces_N: Array = np.zeros(2)
+        self._integrals_Nmm: Array = np.zeros(2)
+        self._friction_work_Nmm = self._sampled_mm = 0.0
+        self._energy_Nmm = 0.0  # the largest so far, to which errors refer
+        self.steps = 0
+        self.time_steps_s: list[float] = []
+        self.ending: Ending | None = None
+
+    def points(self, request: StopRequest) -> Iterator[Point]:
+        """Yield the state at rest, then the points of the curve, until `ending` is set."""
+        yield self._measure(0.0)
+        total = self._protocol.travel_mm
+        for target in np.linspace(0.0, total, max(4, round(total / INTERVAL_MM)) + 1)[1:]:
+            self._problem.contact.update_stabilisation()
+            length = self._settings.step_share * self.motion.longest_step()
+            self.time_steps_s.append(length)
+            stopped = self._advance(target - 1e-9 * total, length, request)
+            point = self._measure(length)
+            self.ending = self._ending(point, stopped)
+            yield point
+            if self.ending is not None:
+                return
+
+    def _advance(self, target: float, length: float, request: StopRequest) -> bool:
+        """Take steps until a travel is reached; return whether the user wants to stop."""
+        while self.drive.travel(self.motion.time_s) < target:
+            left = self._settings.duration_s - self.motion.time_s
+            with np.errstate(all="ignore"):  # a run that explodes is found out by its energy
+                self.motion.step(min(length, left), self._push)
+                self._sum_up()
+            if self.steps % SAMPLED_STEPS == 0 and request.agreed():
+                return True
+        return False
+
+    def _push(self, time_s: float) -> None:
+        """Move the indenter to where it is at a time."""
+        self._push_mm = self.drive.travel(time_s) - self._pushed_mm
+        self._pushed_mm += self._push_mm
+        self._problem.contact.drift(INDENTER, -self._push_mm, FRICTION_MEMORY_MM)
+
+    def _residual(self) -> Array:
+        """Evaluate the residual; on the way, what this rank has of the cylinders' forces."""
+        self._total.array[:] = 0.0
+        fem.assemble_vector(self._total.array, self._contact_form)
+        vertical = self._total.array.reshape(-1, 3)[:, 1]
+        sums = {name: float(vertical[nodes].sum()) for name, nodes in self._nodes.items()}
+        indenter = sums.pop(INDENTER)
+        self._evaluated_N = self._problem.factor * np.array([indenter, -sum(sums.values())])
+        fem.assemble_vector(self._total.array, self._solid_form)
+        self._total.scatter_reverse(la.InsertMode.add)
+        return self._total.array[: len(self.mass)]
+
+    def _sum_up(self) -> None:
+        """Add the last step's work; forces are those of the residual that was evaluated last."""
+        self.steps += 1
+        before, self._forces_N = self._forces_N, self._evaluated_N
+        mean = (before + self._forces_N) / 2.0
+        self._integrals_Nmm = self._integrals_Nmm + mean * self._push_mm
+        if self.steps % SAMPLED_STEPS == 0:
+            self._sum_up_friction()
+
+    def _sum_up_friction(self) -> None:
+        work = sum(s.friction_work_Nmm for s in self._problem.contact.sums().values())
+        share = (self._pushed_mm - self._sampled_mm) / FRICTION_MEMORY_MM
+        self._friction_work_Nmm += self._problem.factor * work * share
+        self._sampled_mm = self._pushed_mm
+
+    def _measure(self, time_step_s: float) -> Point:
+        comm, factor = self._problem.tube.mesh.comm, self._problem.factor
+        self._sum_up_friction()
+        measured, travel = self._observer.observe(), self.drive.travel(self.motion.time_s)
+        rest = self._forces_N * (travel - self._pushed_mm)  # of the last step
+        work, supports = comm.allreduce(self._integrals_Nmm + rest, op=MPI.SUM)
+        kinetic = factor * self.motion.kinetic_energy_Nmm
+        damping = factor * self.motion.damping_work_Nmm
+        held = kinetic + measured.stored_energy_Nmm
+        scales = self._energy_Nmm, abs(work), abs(held), abs(measured.force_N) * travel
+        self._energy_Nmm = float(np.max(scales))  # NaN stays NaN
+        missing = work - held - self._friction_work_Nmm - damping
+        return Point(
+            time_s=self.motion.time_s,
+            travel_mm=travel,
+            time_step_s=time_step_s,
+            observables=measured,
+            kinetic_energy_Nmm=kinetic,
+            indenter_work_Nmm=float(work),
+            support_integral_Nmm=float(supports),
+            friction_work_Nmm=self._friction_work_Nmm,
+            damping_work_Nmm=damping,
+            energy_error=float(missing) / self._energy_Nmm if self._energy_Nmm else 0.0,
+        )
+
+    def _ending(self, point: Point, stopped: bool) -> Ending | None:
+        at = f"at {point.travel_mm:.3f} mm of travel"
+        started = point.travel_mm > START * self._protocol.travel_mm
+        limit = self._settings.max_energy_error if started else START_ENERGY_ERROR
+        if not abs(point.energy_error) <= limit:  # NaN included
+            what = "vanished" if point.energy_error > 0.0 else "appeared"
+            share = f"{100 * abs(point.energy_error):.3g} % of the energy has {what} {at}"
+            cause = "the time steps are too long, or the viscosity is too small"
+            return Ending("energy", f"{share}, more than {100 * limit:g} %: {cause}")
+        measured = point.observables
+        if measured.void_height_mm <= 0.0 or measured.overhang_mm <= 0.0:
+            return Ending("physical", f"{measured.physical_end()}, {at}")
+        if stopped:
+            return Ending("interrupted", f"interrupted {at}")
+        reached = point.travel_mm >= self._protocol.travel_mm * (1.0 - 1e-9)
+        return Ending("completed") if reached else None
+
+
+def lumped_mass(problem: BendingProblem) -> Array:
+    """Return the stalk's mass at the components of displacement that this rank owns, tonne.
+
+    By row sums, which for first order and for Lagrange's hexahedra of second order are positive.
+    Where they are not (serendipity), by the diagonal of the consistent mass, scaled to the whole
+    mass (Hinton, Rock and Zienkiewicz 1976; here over all cells at once).
+    """
+    space, comm = problem.solid.space, problem.tube.mesh.comm
+    rows = fem.assemble_vector(problem.mass)
+    rows.scatter_reverse(la.InsertMode.add)
+    owned = rows.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs].copy()
+    if comm.allreduce(owned.min(initial=np.inf), op=MPI.MIN) > 0.0:
+        return owned
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    consistent = problem.solid.density * ufl.inner(u, v) * problem.solid.dx
+    matrix = assemble_matrix(compile_form(consistent))
+    matrix.assemble()
+    diagonal = matrix.getDiagonal()
+    total = comm.allreduce(owned.sum(), op=MPI.SUM)
+    return np.asarray(diagonal.array * (total / diagonal.sum()))
+
+
+def simulate_explicitly(
+    test: BendingTest,
+    comm: MPI.Comm | None = None,
+    on_point: Callable[[Point], None] | None = None,
+    tube: TubeMesh | None = None,
+) -> ExplicitResult:
+    """Bend a stalk with inertia, by ``numerics.explicit``.
+
+    The first Ctrl-C ends the run, and the result holds everything up to there. The search for lost
+    ellipticity is left to `simulate`.
+
+    Parameters
+    ----------
+    test
+        The specification.
+    comm
+        MPI communicator, all of whose ranks call; the world by default.
+    on_point
+        Called at every point of the curve, on all ranks.
+    tube
+        A mesh of the stalk to use in place of the recipe's.
+
+    Raises
+    ------
+    SpecificationError
+        If the law cannot take a layer's constants.
+    """
+    comm = MPI.COMM_WORLD if comm is None else comm
+    start = time.perf_counter()
+    unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
+    problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)
+    moving = ExplicitTest(problem)
+    points: list[Point] = []
+    with stop_on_interrupt(comm) as request:
+        for point in moving.points(request):
+            points.append(point)
+            if on_point is not None:
+                on_point(point)
+    assert moving.ending is not None  # or the points would go on
+    cells = problem.tube.mesh.topology.index_map(problem.tube.mesh.topology.dim)
+    tonnes = problem.factor * float(comm.allreduce(moving.mass.sum(), op=MPI.SUM)) / 3.0
+    mass_g = 1e6 * tonnes
+    statistics = ExplicitStatistics(
+        dofs=problem.unknowns,
+        cells=int(cells.size_global),
+        steps=moving.steps,
+        evaluations=moving.motion.evaluations,
+        least_time_step_s=min(moving.time_steps_s),
+        greatest_time_step_s=max(moving.time_steps_s),
+        speed_mm_per_s=moving.drive.speed_mm_per_s,
+        mass_g=mass_g,
+        added_mass_g=mass_g * (1.0 - 1.0 / test.numerics.explicit.mass_factor),
+        wall_s=time.perf_counter() - start,
+        ranks=comm.size,
+    )
+    return ExplicitResult(test, tabulate(test, points), statistics, moving.ending)
