@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.published import check_anova, published_checks, published_table
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
@@ -74,6 +75,7 @@ __all__ = [
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "check_anova",
     "converge",
     "curve_figure",
     "deformed_picture",
@@ -81,6 +83,8 @@ __all__ = [
     "mesh_recipe",
     "order_and_limit",
     "override",
+    "published_checks",
+    "published_table",
     "published_test",
     "ramie",
     "ramie_at_height",
