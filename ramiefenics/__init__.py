@@ -42,6 +42,8 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.calibration.printed_design import read_printed_design
+    from ramiefenics.calibration.reconcile import Reconciliation, reconcile
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
     from ramiefenics.results.convergence_folder import write_convergence
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
+    from ramiefenics.results.reconcile_report import write_reconciliation
 
 __all__ = [
     "EFFECTS",
@@ -70,6 +73,7 @@ __all__ = [
     "Numerics",
     "Parameter",
     "Protocol",
+    "Reconciliation",
     "Sensitivities",
     "SpecificationError",
     "SpecificationWarning",
@@ -89,29 +93,36 @@ __all__ = [
     "ramie",
     "ramie_at_height",
     "read_dataset",
+    "read_printed_design",
     "read_test",
     "recipe_names",
+    "reconcile",
     "section_figure",
     "sensitivities",
     "simulate",
     "write_convergence",
     "write_discovery",
     "write_folder",
+    "write_reconciliation",
     "write_test",
 ]
 
 _ON_DEMAND = {
     "Convergence": "convergence",
     "Discovery": "discovery",
+    "Reconciliation": "calibration.reconcile",
     "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
+    "read_printed_design": "calibration.printed_design",
+    "reconcile": "calibration.reconcile",
     "section_figure": "results.figures",
     "write_convergence": "results.convergence_folder",
     "write_discovery": "results.discovery_folder",
     "write_folder": "results.folder",
+    "write_reconciliation": "results.reconcile_report",
 }
 
 
