@@ -393,3 +393,12 @@ def test_command_tells_defects_in_one_sentence(
     assert re.search(told, error)
     assert len(error.strip().splitlines()) == 1
     assert not out.exists()
+
+
+def test_a_reduced_model_is_a_list_of_terms(own: Path) -> None:
+    settings = own.with_suffix(".toml")
+    reduced = '["nu phloem", "nu xylem", "friction nu phloem", "nu phloem nu xylem"]'
+    settings.write_text(SETTINGS.replace('"interaction"', reduced))
+    _, publication = rf.read_printed_design(own)
+    # Eq. 5 has no friction, and no product of friction and the xylem's ratio
+    assert set(publication.terms) == {(0, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1)}
