@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.published import check_anova, published_checks, published_table
 from ramiefenics.solve.explicit import simulate_explicitly
 from ramiefenics.solve.explicit_result import ExplicitResult
 from ramiefenics.solve.result import BendingResult
@@ -44,6 +45,8 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.calibration.printed_design import read_printed_design
+    from ramiefenics.calibration.reconcile import Reconciliation, reconcile
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
     from ramiefenics.results.convergence_folder import write_convergence
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
+    from ramiefenics.results.reconcile_report import write_reconciliation
 
 __all__ = [
     "EFFECTS",
@@ -75,11 +79,13 @@ __all__ = [
     "Numerics",
     "Parameter",
     "Protocol",
+    "Reconciliation",
     "Sensitivities",
     "SpecificationError",
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "check_anova",
     "converge",
     "curve_figure",
     "deformed_picture",
@@ -87,12 +93,16 @@ __all__ = [
     "mesh_recipe",
     "order_and_limit",
     "override",
+    "published_checks",
+    "published_table",
     "published_test",
     "ramie",
     "ramie_at_height",
     "read_dataset",
+    "read_printed_design",
     "read_test",
     "recipe_names",
+    "reconcile",
     "section_figure",
     "sensitivities",
     "simulate",
@@ -101,22 +111,27 @@ __all__ = [
     "write_discovery",
     "write_explicit_folder",
     "write_folder",
+    "write_reconciliation",
     "write_test",
 ]
 
 _ON_DEMAND = {
     "Convergence": "convergence",
     "Discovery": "discovery",
+    "Reconciliation": "calibration.reconcile",
     "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
+    "read_printed_design": "calibration.printed_design",
+    "reconcile": "calibration.reconcile",
     "section_figure": "results.figures",
     "write_convergence": "results.convergence_folder",
     "write_discovery": "results.discovery_folder",
     "write_explicit_folder": "results.explicit_folder",
     "write_folder": "results.folder",
+    "write_reconciliation": "results.reconcile_report",
 }
 
 

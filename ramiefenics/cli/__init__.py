@@ -22,6 +22,7 @@ from ramiefenics.cli.common import (
     load_test,
     resumable,
 )
+from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
 
@@ -116,6 +117,9 @@ def discover_command(
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
     typer.echo(f"results in {folder}")
+
+
+app.command("reconcile")(reconcile_command)
 
 
 @app.command()

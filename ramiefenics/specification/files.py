@@ -7,7 +7,7 @@ import difflib
 import tomllib
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -44,8 +44,15 @@ def dump_test(test: BendingTest) -> str:
     return tomli_w.dumps(to_dict(test))
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
+def read_toml(path: str | Path, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
     """Read a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    parse_float
+        What numbers with a decimal point become; `str` keeps their digits.
 
     Raises
     ------
@@ -54,7 +61,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """
     try:
         with Path(path).open("rb") as stream:
-            return tomllib.load(stream)
+            return tomllib.load(stream, parse_float=parse_float)
     except OSError as error:
         raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -1,0 +1,1 @@
+"""From measured and published experiments to calibrated parameters."""

@@ -1,0 +1,226 @@
+"""Arrange printed rows on the points of a central composite design, as a linear program.
+
+Which row was run at which point is an assignment problem. The coefficients of a least-squares
+model are linear in the responses at given points, so a published coefficient, known to half a
+unit of its last digit, is a pair of linear inequalities; a sum of squares with one degree of
+freedom is another pair for each of its coefficient's two signs. The least change that obeys all
+of them is a mixed-integer linear program, solved by branch and cut (HiGHS, Huangfu & Hall 2018):
+it proves that there is no other, without trying the arrangements one by one.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from ramiefenics.calibration.least_squares import model_matrix
+from ramiefenics.calibration.printed_design import PrintedDesign, Publication
+from ramiefenics.published.rounding import SLACK
+from ramiefenics.specification import SpecificationError
+
+SAME = 0.01
+"""Coded levels that differ by less are the same, such as 1.682 and 1.68179."""
+
+TIME_LIMIT_S = 120.0
+"""For one linear program; those of three factors take hundredths of a second."""
+
+
+def composite_points(factors: int, alpha: float) -> NDArray[np.float64]:
+    """Return the points of a central composite design (Box & Wilson 1951), the centre last.
+
+    Parameters
+    ----------
+    factors
+        How many: k.
+    alpha
+        Distance of the axial points from the centre.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (2^k + 2k + 1, k).
+    """
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=factors)))
+    axes = alpha * np.eye(factors)
+    return np.vstack([corners, -axes, axes, np.zeros((1, factors))]) + 0.0  # no -0.0
+
+
+@dataclass(eq=False)
+class Arrangements:
+    """All ways to put the rows of a printed design on a central composite one.
+
+    A row of -1 and 1 stays a factorial one and may change signs; a row of 0 and alpha stays an
+    axial or central one and may change axis, sign, or both for the centre; a row with any other
+    level may go anywhere.
+
+    Parameters
+    ----------
+    design
+        As printed.
+    publication
+        What the arranged design must reproduce.
+    """
+
+    design: PrintedDesign
+    publication: Publication
+
+    @cached_property
+    def points(self) -> NDArray[np.float64]:
+        """Those of the design to be reached, shape (points, factors)."""
+        return composite_points(len(self.design.factors), self.design.alpha)
+
+    @cached_property
+    def capacity(self) -> NDArray[np.float64]:
+        """How many rows each point takes."""
+        taken = np.ones(len(self.points))
+        taken[-1] = len(self.design.points) - len(self.points) + 1
+        return taken
+
+    @cached_property
+    def cells(self) -> NDArray[np.float64]:
+        """How many cells differ between each row and each point, shape (rows, points)."""
+        differs = np.abs(self.design.points[:, None] - self.points[None]) > SAME
+        return differs.sum(axis=2).astype(float)
+
+    @cached_property
+    def allowed(self) -> NDArray[np.bool_]:
+        """Whether a row may be at a point, shape (rows, points)."""
+        levels = np.abs(self.design.points)
+        corner = np.all(np.abs(levels - 1.0) < SAME, axis=1)
+        on_axis = np.all((levels < SAME) | (np.abs(levels - self.design.alpha) < SAME), axis=1)
+        if self.design.alpha - 1.0 < SAME:  # of a face-centred design, levels tell less
+            on_axis &= (levels > SAME).sum(axis=1) <= 1
+        factorial = np.arange(len(self.points)) < 2 ** len(self.design.factors)
+        return np.where(
+            corner[:, None], factorial, np.where(on_axis[:, None], ~factorial, True)
+        ).astype(bool)
+
+    @cached_property
+    def demanded(self) -> int:
+        """How many rows must change for a central composite design, whatever is published."""
+        held = (self.cells == 0).sum(axis=0)
+        return int(len(self.design.points) - np.minimum(held, self.capacity).sum())
+
+    @property
+    def is_composite(self) -> bool:
+        """Whether the design is a central composite one as printed."""
+        return self.demanded == 0
+
+    def search(self, most_rows: int) -> Iterator[NDArray[np.intp]]:
+        """Yield for each row its point: fewest changed rows first, then fewest changed cells.
+
+        Arrangements with the same responses at every point are one, and yielded once.
+
+        Parameters
+        ----------
+        most_rows
+            Limit of changed rows.
+
+        Raises
+        ------
+        SpecificationError
+            If a program is not solved in `TIME_LIMIT_S`.
+        """
+        cuts: list[NDArray[np.float64]] = []
+        while (found := self._solve(most_rows, cuts)) is not None:
+            yield found
+            cuts.append(self._same_responses(found))
+
+    def _same_responses(self, arranged: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return coefficients that count the points, centre apart, with these responses."""
+        responses = self.design.responses
+        counts = np.zeros_like(self.cells)
+        for point in range(len(self.points) - 1):
+            counts[:, point] = responses == responses[arranged == point][0]
+        return counts.ravel()
+
+    def _solve(self, most_rows: int, cuts: list[NDArray[np.float64]]) -> NDArray[np.intp] | None:
+        rows, points = self.cells.shape
+        published, low, high = self._published
+        signs = published.shape[1] - self.cells.size
+        changed = (self.cells > 0).ravel().astype(float)
+        weight = rows * len(self.design.factors) + 1  # a row outweighs all cells
+        once, filled = np.kron(np.eye(rows), np.ones((1, points))), np.tile(np.eye(points), rows)
+        arranging = np.vstack([once, filled, changed, *cuts])
+        exactly, free = np.append(np.ones(rows), self.capacity), np.zeros(1 + len(cuts))
+        limits = np.append(float(most_rows), np.full(len(cuts), points - 2.0))
+        answer = milp(
+            np.append(weight * changed + self.cells.ravel(), np.zeros(signs)),
+            constraints=LinearConstraint(
+                np.vstack([np.pad(arranging, ((0, 0), (0, signs))), published]),
+                np.concatenate([exactly, free, low]),
+                np.concatenate([exactly, limits, high]),
+            ),
+            integrality=np.ones(self.cells.size + signs),
+            bounds=Bounds(0, np.append(self.allowed.ravel().astype(float), np.ones(signs))),
+            options={"time_limit": TIME_LIMIT_S, "mip_rel_gap": 0.0},
+        )
+        if answer.status == 2:
+            return None
+        if answer.status != 0:
+            raise SpecificationError(
+                "the printed design", None, f"was not arranged within {TIME_LIMIT_S:g} s"
+            )
+        return np.asarray(answer.x[: self.cells.size].reshape(rows, points).argmax(axis=1))
+
+    @cached_property
+    def _weights(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Weights of a response at each point in the coefficients, shape (terms, points).
+
+        And by term the ratio of its sum of squares to its squared coefficient.
+        """
+        full = np.repeat(self.points, self.capacity.astype(int), axis=0)
+        matrix = model_matrix(full, self.publication.terms)
+        if np.linalg.matrix_rank(matrix) < len(self.publication.terms):
+            raise SpecificationError(
+                "model", None, "has more terms than a central composite design of these rows tells"
+            )
+        inverse = np.linalg.pinv(matrix)
+        last = len(self.points) - 1
+        weights = np.zeros((len(inverse), last + 1))
+        weights[:, :last] = inverse[:, :last]
+        if self.capacity[last]:
+            weights[:, last] = inverse[:, last]  # that of every copy of the centre
+        return weights, 1.0 / np.sum(inverse**2, axis=1)
+
+    @cached_property
+    def _published(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Matrix, lower and upper bounds of the inequalities for what is published.
+
+        Unknowns are the arrangement, rows by points, and one for every sum of squares: 1 where
+        its coefficient is positive, 0 where it is negative. Inequalities are scaled by their
+        width, so that the solver's tolerance is far below it.
+        """
+        weights, ratios = self._weights
+        number = {term: i for i, term in enumerate(self.publication.terms)}
+        mean = self.design.responses.mean()
+        centred = self.design.responses - mean  # only the constant sees the mean
+        sums = [t for t in self.publication.sums_of_squares if not isinstance(t, str)]
+        rows, lows, highs = [], [], []
+        for term, printed in self.publication.coefficients.items():
+            row = np.outer(centred, weights[number[term]]).ravel()
+            value = printed.value - (0.0 if any(term) else mean)
+            reach = printed.half * (1.0 + SLACK)
+            rows.append(np.append(row, np.zeros(len(sums))))
+            lows.append(value - reach)
+            highs.append(value + reach)
+        for index, term in enumerate(sums):
+            printed, ratio = self.publication.sums_of_squares[term], ratios[number[term]]
+            reach = printed.half * (1.0 + SLACK)
+            low = math.sqrt(max(0.0, printed.value - reach) / ratio)
+            high = math.sqrt((printed.value + reach) / ratio)
+            sign = np.zeros(len(sums))
+            sign[index] = -(low + high)  # low to high where it is 1, -high to -low where it is 0
+            rows.append(np.append(np.outer(centred, weights[number[term]]).ravel(), sign))
+            lows.append(-high)
+            highs.append(-low)
+        unit = np.maximum(np.subtract(highs, lows), 1e-9)
+        matrix = np.reshape(rows, (len(rows), self.cells.size + len(sums)))
+        return matrix / unit[:, None], lows / unit, highs / unit

@@ -1,0 +1,165 @@
+"""Polynomial models of coded factors: least squares and analysis of variance, of any rank."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from ramiefenics.specification import SpecificationError
+
+Term = tuple[int, ...]
+"""Exponents of the factors; all zero for the constant."""
+
+MODELS = ("linear", "interaction", "quadratic")
+"""Main effects; with products of two factors; with squares too."""
+
+
+def model_terms(number: int, model: str) -> tuple[Term, ...]:
+    """Return the terms of a model of so many factors, the constant first.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no model of that name.
+    """
+    if model not in MODELS:
+        raise SpecificationError("model", model, f"must be one of {', '.join(MODELS)}")
+    single = np.eye(number, dtype=int)
+    terms = [np.zeros(number, dtype=int), *single]
+    if model != "linear":
+        terms += [a + b for a, b in itertools.combinations(single, 2)]
+    if model == "quadratic":
+        terms += [2 * row for row in single]
+    return tuple(tuple(term.tolist()) for term in terms)
+
+
+def term_name(term: Term, names: Sequence[str]) -> str:
+    """Return a term in words, such as ``X1 X3``, ``X2^2`` or ``constant``."""
+    powers = [(name, power) for name, power in zip(names, term, strict=True) if power]
+    return " ".join(n if power == 1 else f"{n}^{power}" for n, power in powers) or "constant"
+
+
+def parse_term(text: str, names: Sequence[str]) -> Term | None:
+    """Return the term that a text such as ``X1X2``, ``X2*X1``, ``X1^2`` names, or None."""
+    short = re.sub(r"[\s*:]", "", text.replace("**", "^"))
+    if short.lower() in ("constant", "intercept"):
+        return (0,) * len(names)
+    bare = [name.replace(" ", "") for name in names]
+    for term in model_terms(len(names), "quadratic")[1:]:
+        factors = [name for name, power in zip(bare, term, strict=True) for _ in range(power)]
+        known = {"".join(factors), "".join(reversed(factors))}
+        if max(term) == 2:
+            known.add(f"{factors[0]}^2")
+        if short in known:
+            return term
+    return None
+
+
+def model_matrix(points: NDArray[np.float64], terms: Sequence[Term]) -> NDArray[np.float64]:
+    """Return the terms at points of shape (n, k), as a matrix of shape (n, number of terms)."""
+    return np.asarray(np.prod(points[:, None, :] ** np.array(terms)[None], axis=2))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model fitted to a design and its responses.
+
+    Parameters
+    ----------
+    terms
+        Of the model.
+    rank
+        Of the model's matrix; less than the number of terms where the design cannot tell them
+        apart.
+    coefficients
+        By term; NaN where the design leaves it open.
+    sums_of_squares, df
+        By term what leaving it out costs (type III), and ``model``, ``residual``,
+        ``lack of fit``, ``pure error``, ``total`` (corrected for the mean).
+    """
+
+    terms: tuple[Term, ...]
+    rank: int
+    coefficients: dict[Term, float]
+    sums_of_squares: dict[Term | str, float]
+    df: dict[Term | str, int]
+
+    @property
+    def r_squared(self) -> float:
+        """Coefficient of determination."""
+        total = self.sums_of_squares["total"]
+        return self.sums_of_squares["model"] / total if total > 0.0 else float("nan")
+
+    def anova(self, factors: Sequence[str]) -> pd.DataFrame:
+        """Return the analysis of variance, F against residual or pure error, as a table."""
+        rows = []
+        for source, squares in self.sums_of_squares.items():
+            df = self.df[source]
+            row = {
+                "source": source if isinstance(source, str) else term_name(source, factors),
+                "sum_of_squares": squares,
+                "df": df,
+            }
+            if source != "total" and df:
+                row["mean_square"] = squares / df
+            error = "pure error" if source == "lack of fit" else "residual"
+            if source not in ("residual", "pure error", "total") and df and self.df[error]:
+                noise = self.sums_of_squares[error] / self.df[error]
+                row["f_value"] = squares / df / noise if noise > 0.0 else np.inf
+                row["p_value"] = float(stats.f.sf(row["f_value"], df, self.df[error]))
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+
+def fit(
+    points: NDArray[np.float64], responses: NDArray[np.float64], terms: tuple[Term, ...]
+) -> Fit:
+    """Fit a model by least squares, whatever the rank of the design.
+
+    Lack of fit is the residual less the pure error, the scatter of repeated points (Myers,
+    Montgomery & Anderson-Cook 2016, ch. 2).
+
+    Parameters
+    ----------
+    points
+        Coded factors, shape (runs, factors).
+    responses
+        Shape (runs,), any unit.
+    terms
+        With the intercept.
+    """
+    matrix = model_matrix(points, terms)
+    inverse = np.linalg.pinv(matrix)
+    open_to_design = np.abs(np.diag(inverse @ matrix) - 1.0) > 1e-9
+    values = [float(v) for v in np.where(open_to_design, np.nan, inverse @ responses)]
+    residual, rank = _left_over(matrix, responses)
+    total = float(np.sum((responses - responses.mean()) ** 2))
+    squares: dict[Term | str, float] = {"model": total - residual}
+    df: dict[Term | str, int] = {"model": rank - 1}
+    for number, term in enumerate(terms):
+        if any(term):
+            without, rank_without = _left_over(np.delete(matrix, number, axis=1), responses)
+            df[term] = rank - rank_without
+            squares[term] = without - residual if df[term] else 0.0
+    _, group = np.unique(np.round(points, 9), axis=0, return_inverse=True)
+    repeats = pd.Series(responses).groupby(np.ravel(group))
+    pure = float(((repeats.transform("mean") - responses) ** 2).sum())
+    runs = len(responses)
+    squares |= {"residual": residual, "lack of fit": residual - pure, "pure error": pure}
+    squares |= {"total": total}
+    df |= {"residual": runs - rank, "lack of fit": repeats.ngroups - rank}
+    df |= {"pure error": runs - repeats.ngroups, "total": runs - 1}
+    return Fit(terms, rank, dict(zip(terms, values, strict=True)), squares, df)
+
+
+def _left_over(matrix: NDArray[np.float64], responses: NDArray[np.float64]) -> tuple[float, int]:
+    """Return the residual sum of squares and the rank."""
+    solution, _, rank, _ = np.linalg.lstsq(matrix, responses, rcond=None)
+    return float(np.sum((responses - matrix @ solution) ** 2)), int(rank)

@@ -1,0 +1,43 @@
+"""`ramiefenics reconcile`: repair a printed design of experiments."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+
+from ramiefenics.cli.common import check_writable
+
+TABLE_5 = "table5"
+
+
+def reconcile_command(
+    table: Annotated[
+        str, typer.Argument(help="A CSV file, see docs/published_tables.md, or table5.")
+    ] = TABLE_5,
+    published: Annotated[
+        Path | None,
+        typer.Option(help="What was published about it; the table's name with .toml by default."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-reconciled if none.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the draws behind the probability.")] = 0,
+) -> None:
+    """Repair a misprinted central composite design by what was published about it."""
+    folder = check_writable(out or Path("results") / f"{Path(table).stem}-reconciled")
+    from ramiefenics.calibration.printed_design import read_printed_design, table5
+    from ramiefenics.calibration.reconcile import reconcile
+
+    built_in = table == TABLE_5 and published is None
+    design, publication = table5() if built_in else read_printed_design(table, published)
+    found = reconcile(design, publication, seed)
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.reconcile_report import in_words, write_reconciliation
+
+        write_reconciliation(found, folder)
+        typer.echo(found.changes.to_string(index=False))
+        typer.echo(in_words(found))
+        typer.echo(f"results in {folder}")
