@@ -9,7 +9,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
-from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.measured import (
+    Dataset,
+    RawCurve,
+    Seating,
+    TextColumns,
+    import_columns,
+    import_instron,
+    read_dataset,
+)
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.sensitivity import Parameter, Sensitivities, sensitivities
 from ramiefenics.solve.simulate import simulate
@@ -43,11 +51,14 @@ from ramiefenics.specification import (
 if TYPE_CHECKING:
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.reduction import Reduction, reduce_dataset
     from ramiefenics.results.convergence_folder import write_convergence
+    from ramiefenics.results.dataset_folder import write_dataset
     from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
+    from ramiefenics.results.reduction_folder import write_reduction
 
 __all__ = [
     "EFFECTS",
@@ -69,15 +80,21 @@ __all__ = [
     "Numerics",
     "Parameter",
     "Protocol",
+    "RawCurve",
+    "Reduction",
+    "Seating",
     "Sensitivities",
     "SpecificationError",
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "TextColumns",
     "converge",
     "curve_figure",
     "deformed_picture",
     "discover",
+    "import_columns",
+    "import_instron",
     "mesh_recipe",
     "order_and_limit",
     "override",
@@ -87,12 +104,15 @@ __all__ = [
     "read_dataset",
     "read_test",
     "recipe_names",
+    "reduce_dataset",
     "section_figure",
     "sensitivities",
     "simulate",
     "write_convergence",
+    "write_dataset",
     "write_discovery",
     "write_folder",
+    "write_reduction",
     "write_test",
 ]
 
@@ -104,10 +124,14 @@ _ON_DEMAND = {
     "deformed_picture": "results.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
+    "reduce_dataset": "reduction",
+    "Reduction": "reduction",
     "section_figure": "results.figures",
     "write_convergence": "results.convergence_folder",
+    "write_dataset": "results.dataset_folder",
     "write_discovery": "results.discovery_folder",
     "write_folder": "results.folder",
+    "write_reduction": "results.reduction_folder",
 }
 
 
