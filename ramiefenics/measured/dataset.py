@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +44,7 @@ class Specimen:
     name: str
     test: BendingTest
     curve: pd.DataFrame
-    row: Mapping[str, str]
+    row: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
