@@ -9,7 +9,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ramiefenics.effects import EFFECTS, Effect
-from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.measured import (
+    Dataset,
+    RawCurve,
+    Seating,
+    TextColumns,
+    import_columns,
+    import_instron,
+    read_dataset,
+)
 from ramiefenics.published import check_anova, published_checks, published_table
 from ramiefenics.solve.explicit import simulate_explicitly
 from ramiefenics.solve.explicit_result import ExplicitResult
@@ -49,13 +57,16 @@ if TYPE_CHECKING:
     from ramiefenics.calibration.reconcile import Reconciliation, reconcile
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.reduction import Reduction, reduce_dataset
     from ramiefenics.results.convergence_folder import write_convergence
+    from ramiefenics.results.dataset_folder import write_dataset
     from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.results.explicit_folder import write_explicit_folder
     from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
     from ramiefenics.results.pictures import deformed_picture
     from ramiefenics.results.reconcile_report import write_reconciliation
+    from ramiefenics.results.reduction_folder import write_reduction
 
 __all__ = [
     "EFFECTS",
@@ -79,17 +90,23 @@ __all__ = [
     "Numerics",
     "Parameter",
     "Protocol",
+    "RawCurve",
     "Reconciliation",
+    "Reduction",
+    "Seating",
     "Sensitivities",
     "SpecificationError",
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "TextColumns",
     "check_anova",
     "converge",
     "curve_figure",
     "deformed_picture",
     "discover",
+    "import_columns",
+    "import_instron",
     "mesh_recipe",
     "order_and_limit",
     "override",
@@ -103,15 +120,18 @@ __all__ = [
     "read_test",
     "recipe_names",
     "reconcile",
+    "reduce_dataset",
     "section_figure",
     "sensitivities",
     "simulate",
     "simulate_explicitly",
     "write_convergence",
+    "write_dataset",
     "write_discovery",
     "write_explicit_folder",
     "write_folder",
     "write_reconciliation",
+    "write_reduction",
     "write_test",
 ]
 
@@ -126,12 +146,16 @@ _ON_DEMAND = {
     "order_and_limit": "convergence",
     "read_printed_design": "calibration.printed_design",
     "reconcile": "calibration.reconcile",
+    "reduce_dataset": "reduction",
+    "Reduction": "reduction",
     "section_figure": "results.figures",
     "write_convergence": "results.convergence_folder",
+    "write_dataset": "results.dataset_folder",
     "write_discovery": "results.discovery_folder",
     "write_explicit_folder": "results.explicit_folder",
     "write_folder": "results.folder",
     "write_reconciliation": "results.reconcile_report",
+    "write_reduction": "results.reduction_folder",
 }
 
 

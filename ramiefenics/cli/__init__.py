@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `converge`, `discover`, `verify` and others."""
+"""The command line: `ramiefenics bend`, `converge`, `discover`, `reduce`, `verify` and others."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from ramiefenics.cli.common import (
     load_test,
     resumable,
 )
+from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
@@ -35,6 +36,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.command("import")(import_command)
+app.command("reduce")(reduce_command)
 
 app.command("converge")(converge_command)
 app.command("explicit")(explicit_command)

@@ -16,6 +16,7 @@ from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
+from ramiefenics.measured.noise import level
 from ramiefenics.specification import BendingTest, MeshRecipe, SpecificationError
 
 POINTS = 28
@@ -49,16 +50,8 @@ def observe(dataset: Dataset) -> Observed:
     low, high = dataset.range_mm
     at = low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS
     half = (high - low) / POINTS / 2.0
-    force = np.array([[_level(s.curve, d, half) for d in at] for s in dataset.specimens])
+    force = np.array([[level(s.curve, d, half) for d in at] for s in dataset.specimens])
     return Observed(at, force, force.max(axis=1))
-
-
-def _level(curve: pd.DataFrame, at: float, half: float) -> float:
-    travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
-    near = np.abs(travel - at) <= half
-    if near.sum() >= 4 and np.ptp(travel[near]) > half / 2.0:
-        return float(np.polynomial.Polynomial.fit(travel[near] - at, force[near], 1)(0.0))
-    return float(np.interp(at, travel, force))
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class BendingProblem:
             self._cylinders(),
             test.fixture.friction,
             test.numerics.contact,
-            (radii[-1] - radii[-2]) / elements,
+            (radii[-1] - radii[-2]) / elements * stalk.height_mm / stalk.outer_diameter_mm,
         )
         self.bcs = [
             self.solid.symmetry(self.tube.facets.find(SURFACES[name]), axis)
@@ -117,7 +117,7 @@ class BendingProblem:
         outer = self.tube.facets.find(SURFACES["outer"])
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
         stalk, fixture = self.test.stalk, self.test.fixture
-        radius = stalk.outer_diameter_mm / 2.0
+        radius = stalk.height_mm / 2.0
         # a cell just between two cylinders touches neither: rounding must not choose
         reach = fixture.span_mm * (0.25 - 1e-6)
         y, z = middle[:, 1], middle[:, 2]

@@ -109,16 +109,17 @@ def _add_tube(test: BendingTest) -> None:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
-    if test.stalk.taper != 0.0:
-        _taper(test.stalk)
+    if test.stalk.taper != 0.0 or test.stalk.section_height_mm is not None:
+        _shape(test.stalk)
 
 
-def _taper(stalk: Stalk) -> None:
-    """Move the nodes of a straight tube to the sections of a tapered one."""
+def _shape(stalk: Stalk) -> None:
+    """Move the nodes of a straight circular tube to the sections of a tapered or elliptic one."""
+    flat = stalk.height_mm / stalk.outer_diameter_mm
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         scale = stalk.scale_at(z)
-        gmsh.model.mesh.setNode(tag, [scale * x, scale * y, z], [])
+        gmsh.model.mesh.setNode(tag, [scale * x, flat * scale * y, z], [])
 
 
 def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int, list[int]]:

@@ -100,7 +100,8 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
     snapshot = result.snapshots[number]
     faces, moved, stress = _midspan_faces(snapshot, mirror=result.test.numerics.domain != "full")
     limit = float(np.abs(stress).max())
-    radius = result.test.stalk.outer_diameter_mm / 2.0
+    stalk = result.test.stalk
+    radius, top = stalk.outer_diameter_mm / 2.0, stalk.height_mm / 2.0
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 5.0), layout="constrained")
         axes = figure.subplots()
@@ -111,7 +112,7 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
         deformed = PolyCollection(moved, array=stress, cmap=STRESS_COLOURS, lw=0.3, ec="k")
         deformed.set_clim(-limit, limit)
         axes.add_collection(deformed)
-        level = radius - snapshot.travel_mm
+        level = top - snapshot.travel_mm
         axes.axhline(level, color=VERMILION, lw=1.5)
         axes.annotate(
             "indenter",
@@ -125,7 +126,7 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
         axes.set(
             aspect="equal",
             xlim=(-1.5 * radius, 1.5 * radius),
-            ylim=(lowest - 0.1 * radius, 1.1 * radius),
+            ylim=(lowest - 0.1 * top, 1.1 * top),
             xlabel="X (mm)",
             ylabel="Y (mm)",
         )

@@ -85,9 +85,10 @@ def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
 
 def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
     fixture = result.test.fixture
-    radius = result.test.stalk.outer_diameter_mm / 2.0
-    top = radius + fixture.indenter_radius_mm - travel_mm
-    bottom = -radius - fixture.support_radius_mm
+    stalk = result.test.stalk
+    half, width = stalk.height_mm / 2.0, stalk.outer_diameter_mm
+    top = half + fixture.indenter_radius_mm - travel_mm
+    bottom = -half - fixture.support_radius_mm
     places = [
         (top, 0.0, fixture.indenter_radius_mm),
         (bottom, fixture.span_mm / 2.0, fixture.support_radius_mm),
@@ -95,7 +96,7 @@ def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
     ]
     return [
         pv.Cylinder(
-            center=(0.0, y, z), direction=(1, 0, 0), radius=r, height=3.5 * radius, resolution=96
+            center=(0.0, y, z), direction=(1, 0, 0), radius=r, height=1.75 * width, resolution=96
         )
         for y, z, r in places
     ]

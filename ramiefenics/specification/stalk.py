@@ -49,6 +49,9 @@ class Stalk:
         Diameter of the pith void; 0 for a solid core.
     layers
         From the inside out.
+    section_height_mm
+        Height of an elliptic section, along Y; diameters are widths then, along X, and void and
+        layers have the outer ellipse's shape. A circle if left out.
     taper
         Loss of outer diameter per length along Z; the section stays similar to itself.
     measured_at_mm
@@ -64,6 +67,7 @@ class Stalk:
     length_mm: float
     void_diameter_mm: float
     layers: tuple[Layer, ...]
+    section_height_mm: float | None = None
     taper: float = 0.0
     measured_at_mm: float = 0.0
     position_mm: float = 0.0
@@ -91,6 +95,8 @@ class Stalk:
             names.add(layer.name)
             inner = layer.outer_diameter_mm
             inside = f"layers.{layer.name}.outer_diameter_mm"
+        if self.section_height_mm is not None:
+            check_number(self, "section_height_mm", above=0.0, unit="mm")
         for name in ("taper", "measured_at_mm", "position_mm", "stiffness_gradient_per_m"):
             check_number(self, name)
         if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
@@ -115,8 +121,14 @@ class Stalk:
 
     @property
     def outer_diameter_mm(self) -> float:
-        """Diameter of the stalk where it was measured."""
+        """Diameter of the stalk where it was measured; its width if the section is an ellipse."""
         return self.layers[-1].outer_diameter_mm
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the section where it was measured."""
+        height = self.section_height_mm
+        return self.outer_diameter_mm if height is None else height
 
     @property
     def radii_mm(self) -> tuple[float, ...]:

@@ -1,0 +1,80 @@
+"""Commands on measured data: `import` and `reduce`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramiefenics.cli.common import check_writable
+from ramiefenics.specification import SpecificationError
+
+FORMATS = ("instron", "columns")
+
+
+def import_command(
+    raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine, one per specimen.")],
+    out: Annotated[Path, typer.Option(help="Folder of the data set to make.")],
+    format: Annotated[str, typer.Option(help=f"Of the files: {' or '.join(FORMATS)}.")],
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="What the columns are, in order, for instance time_s,force_N; - for none. "
+            "By default displacement_mm,force_N. Only for the format columns.",
+        ),
+    ] = None,
+    speed: Annotated[
+        float | None, typer.Option(help="Of the crosshead, mm/min; needed for time and force.")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Rows per second, where there is no column of time.")
+    ] = None,
+    baseline: Annotated[
+        str, typer.Option(help="What stands for the specimens: a published test or a TOML file.")
+    ] = "table3",
+) -> None:
+    """Make a data-set folder from raw files of a testing machine."""
+    if format not in FORMATS:
+        raise SpecificationError("format", format, f"must be {' or '.join(FORMATS)}")
+    from ramiefenics.measured import TextColumns, import_columns, import_instron
+    from ramiefenics.results.dataset_folder import check_new, write_dataset
+
+    check_new(check_writable(out))
+    if format == "columns":
+        names = TextColumns.columns if columns is None else tuple(columns.split(","))
+        curves = import_columns(raw, TextColumns(names, speed, rate))
+    else:
+        for name, given in (("columns", columns), ("rate", rate)):
+            if given is not None:
+                allowed = "must be left out for the format instron, whose files say it"
+                raise SpecificationError(name, given, allowed)
+        curves = import_instron(raw)
+    write_dataset(curves, out, baseline, speed)
+    for told in (note for curve in curves.values() for note in curve.notes):
+        typer.echo(f"note: {told}")
+    typer.echo(f"{len(curves)} curves in {out}; see {out / 'dataset.toml'} for what to add")
+
+
+def reduce_command(
+    dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/measured.md.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-reduced by default.")
+    ] = None,
+    by: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Of specimens.csv, that names the groups.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the resampling behind intervals.")] = 0,
+) -> None:
+    """Reduce measured curves to slopes, peaks, energies and strengths, by group."""
+    folder = check_writable(out or Path("results") / f"{Path(dataset).resolve().name}-reduced")
+    from ramiefenics.reduction import reduce_dataset
+    from ramiefenics.results.reduction_folder import reduction_table, write_reduction
+
+    reduction = reduce_dataset(dataset, by, seed)
+    write_reduction(reduction, folder)
+    typer.echo(reduction_table(reduction))
+    for told in reduction.notes():
+        typer.echo(f"note: {told}")
+    typer.echo(f"results in {folder}")

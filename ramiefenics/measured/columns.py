@@ -1,0 +1,126 @@
+"""Plain text of a testing machine: columns of numbers, and comments."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ramiefenics.measured.noise import Array
+from ramiefenics.measured.raw import RawCurve, Row, parse_number, read_lines, read_numbers, tidy
+from ramiefenics.measured.tables import unit_factor
+from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.checks import check_number
+
+COMMENTS = ("#", "%", "//", "'")
+
+QUANTITIES = {"displacement": "mm", "force": "N", "time": "s"}
+"""What a column may be, and its unit inside."""
+
+SKIPPED = "-"
+
+
+@dataclass(frozen=True)
+class TextColumns:
+    """What the columns of a text file are.
+
+    Attributes
+    ----------
+    columns
+        In order, ``displacement``, ``force`` or ``time`` with a unit: ``displacement_mm``,
+        ``force_kN``; ``-`` for a column that is something else.
+    speed_mm_per_min
+        Of the crosshead; needed where there is no displacement.
+    rate_Hz
+        Rows per second; without a column of time it makes one.
+    """
+
+    columns: tuple[str, ...] = ("displacement_mm", "force_N")
+    speed_mm_per_min: float | None = None
+    rate_Hz: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check that force and displacement can be had."""
+        for name in ("speed_mm_per_min", "rate_Hz"):
+            if getattr(self, name) is not None:
+                check_number(self, name, above=0.0)
+        named = [column for column in self.columns if column != SKIPPED]
+        for column in named:
+            quantity, _, unit = column.partition("_")
+            if quantity not in QUANTITIES:
+                allowed = f"must be {', '.join(QUANTITIES)} with a unit, as force_N, or -"
+                raise SpecificationError("columns", column, allowed)
+            unit_factor(f"unit of columns.{column}", unit, QUANTITIES[quantity])
+        there = [column.partition("_")[0] for column in named]
+        text = ",".join(self.columns)
+        if len(set(there)) != len(there):
+            raise SpecificationError("columns", text, "must not name a quantity twice")
+        if "force" not in there:
+            raise SpecificationError("columns", text, "must have a force, for instance force_N")
+        timed = "time" in there or self.rate_Hz is not None
+        if "displacement" not in there and not (timed and self.speed_mm_per_min is not None):
+            allowed = "must have a displacement, or time (or a rate) and the crosshead's speed"
+            raise SpecificationError("columns", text, allowed)
+
+
+def read_columns(path: Path, layout: TextColumns) -> RawCurve:
+    """Read a text file of columns.
+
+    Lines that begin with # % // or ' are comments; so are lines without any number before the
+    first row.
+
+    Raises
+    ------
+    SpecificationError
+        On the first defect: file, row, and what to do.
+    """
+    rows = _rows(path)
+    places = {name: i for i, name in enumerate(layout.columns) if name != SKIPPED}
+    table = read_numbers(path, rows, places)
+    found: dict[str, Array] = {}
+    for column in places:
+        quantity, _, unit = column.partition("_")
+        inside = QUANTITIES[quantity]
+        factor = unit_factor(column, unit, inside)
+        found[f"{quantity}_{inside}"] = factor * table[column].to_numpy()
+    if "time_s" not in found and layout.rate_Hz is not None:
+        found["time_s"] = np.arange(len(table)) / layout.rate_Hz
+    if "displacement_mm" not in found:
+        assert layout.speed_mm_per_min is not None
+        found["displacement_mm"] = layout.speed_mm_per_min / 60.0 * found["time_s"]
+    order = [name for name in ("time_s", "displacement_mm", "force_N") if name in found]
+    return tidy(path, table.assign(**found)[order])
+
+
+def _rows(path: Path) -> list[Row]:
+    rows: list[Row] = []
+    split: Callable[[str], list[str]] | None = None
+    for number, line in enumerate(read_lines(path), start=1):
+        text = line.strip()
+        if not text or text.startswith(COMMENTS):
+            continue
+        if split is None:
+            if not _any_number(text):
+                continue  # names
+            split = _splitter(text)
+        rows.append(Row(number, split(text)))
+    if not rows:
+        raise SpecificationError(path.name, None, "has no row of numbers")
+    return rows
+
+
+def _any_number(text: str) -> bool:
+    cells = re.split(r"[;,\s]+", text)
+    return any(np.isfinite(parse_number(cell)) for cell in cells)
+
+
+def _splitter(text: str) -> Callable[[str], list[str]]:
+    """Tell from the first row what is between cells; a comma between digits may be decimal."""
+    for pattern in (r"\s*;\s*", r"\s*\t\s*", r"\s*,\s+", r"\s+", r","):
+        if re.search(pattern, text):
+            return functools.partial(re.split, pattern)
+    return lambda row: [row]

@@ -1,0 +1,94 @@
+"""Where a measured curve begins: gap, toe and preload."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.measured.noise import noise
+from ramiefenics.measured.slope import initial_slope
+from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.checks import check_choice, check_number
+
+ZEROS = ("machine", "threshold", "toe")
+
+NOISE_FACTOR = 5.0
+"""Times the standard deviation of the noise is a force that is none."""
+
+
+@dataclass(frozen=True)
+class Seating:
+    """Where displacement begins.
+
+    Attributes
+    ----------
+    zero
+        ``machine``: where the machine has it. ``threshold``: at contact, where the force passes
+        `threshold_N` for good on its way to the peak. ``toe``: where the straight line through
+        the first linear part (`initial_slope`) has no force, which is the toe compensation of
+        ASTM D790, annex A1; a preload then counts with the displacement that it took.
+    threshold_N
+        Force of contact; by default five times the curve's noise.
+    preload_N
+        Force at which the machine's load cell was zeroed, to be added to all forces; 0 if the
+        preload is in the record.
+    """
+
+    zero: str = "machine"
+    threshold_N: float | None = None
+    preload_N: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the choice and that forces are positive."""
+        check_choice(self, "zero", ZEROS)
+        check_number(self, "preload_N", at_least=0.0, unit="N")
+        if self.threshold_N is None:
+            return
+        check_number(self, "threshold_N", above=0.0, unit="N")
+        if self.zero != "threshold":
+            raise SpecificationError(
+                "threshold_N", self.threshold_N, 'must be left out unless zero = "threshold"'
+            )
+
+
+def seat(curve: pd.DataFrame, seating: Seating) -> pd.DataFrame:
+    """Return a curve whose displacement begins where `seating` says; rows before are left out.
+
+    Parameters
+    ----------
+    curve
+        ``displacement_mm``, ascending, and ``force_N``.
+    seating
+        How.
+
+    Raises
+    ------
+    SpecificationError
+        If the force never passes the threshold.
+    """
+    if seating.preload_N > 0.0:
+        curve = curve.assign(force_N=curve["force_N"] + seating.preload_N)
+    if seating.zero == "machine":
+        return curve
+    at = initial_slope(curve).zero_mm if seating.zero == "toe" else _contact(curve, seating)
+    moved = curve.assign(displacement_mm=curve["displacement_mm"] - at)
+    return moved[moved["displacement_mm"] >= 0.0].reset_index(drop=True)
+
+
+def _contact(curve: pd.DataFrame, seating: Seating) -> float:
+    travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    threshold = NOISE_FACTOR * noise(curve)
+    if seating.threshold_N is not None:
+        threshold = seating.threshold_N
+    peak = int(force.argmax())
+    if not force[peak] > threshold:
+        allowed = f"must be below the largest force, {force[peak]:.3g} N"
+        raise SpecificationError("seating.threshold_N", round(threshold, 6), allowed)
+    below = np.flatnonzero(force[:peak] <= threshold)
+    if not len(below):  # preload: in contact from the first row on
+        return float(travel[0])
+    i = int(below[-1])
+    share = (threshold - force[i]) / (force[i + 1] - force[i])
+    return float(travel[i] + share * (travel[i + 1] - travel[i]))

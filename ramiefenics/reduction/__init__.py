@@ -1,0 +1,115 @@
+"""Measured curves, reduced to numbers, and their statistics by group."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.reduction.curves import QUANTITIES, CurveNumbers, reduce_curve, reduce_section
+from ramiefenics.reduction.groups import by_group, describe, ordered
+from ramiefenics.specification import SpecificationError
+
+__all__ = [
+    "QUANTITIES",
+    "CurveNumbers",
+    "Reduction",
+    "describe",
+    "reduce_curve",
+    "reduce_dataset",
+]
+
+ALL = "all"
+"""The only group where no column is named."""
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """A data set, reduced.
+
+    Attributes
+    ----------
+    dataset
+        What was measured.
+    by
+        Column of `specimens.csv` that names the groups; None for one of all.
+    curves
+        One row per specimen: ``specimen``, ``group``, the fields of `CurveNumbers`, the section and
+        what it makes of them.
+    groups
+        One row per group and quantity of `QUANTITIES`: mean and intervals, see `describe`.
+    seed
+        Of the resampling.
+    """
+
+    dataset: Dataset
+    by: str | None
+    curves: pd.DataFrame
+    groups: pd.DataFrame
+    seed: int
+
+    @property
+    def names(self) -> list[str]:
+        """The groups."""
+        return ordered(list(self.curves["group"]))
+
+    def notes(self) -> list[str]:
+        """Return what whoever uses the numbers should know."""
+        notes = []
+        keys = self.dataset.layout.specimens
+        if not any(key.endswith(("diameter_mm", "section_height_mm")) for key in keys):
+            notes.append(
+                "strengths and moduli are for the baseline's section, as [specimens] in "
+                "dataset.toml gives no diameter"
+            )
+        for column, what in (
+            ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
+            ("slope_stable", "are bent all along; their initial slopes are averages"),
+        ):
+            told = self.curves[column] if column == "still_rising" else ~self.curves[column]
+            if told.any():
+                notes.append(f"{told.sum()} of {len(told)} curves {what} ({column})")
+        return notes
+
+
+def reduce_dataset(
+    dataset: Dataset | str | Path, by: str | None = None, seed: int = 0
+) -> Reduction:
+    """Reduce every curve of a data set, and average by group.
+
+    Parameters
+    ----------
+    dataset
+        Measured data, or their folder.
+    by
+        Column of `specimens.csv` that names the groups.
+    seed
+        Of the resampling behind bootstrap intervals.
+
+    Raises
+    ------
+    SpecificationError
+        If the folder has a defect, or there is no such column.
+    """
+    if not isinstance(dataset, Dataset):
+        dataset = read_dataset(dataset)
+    rows = []
+    for specimen in dataset.specimens:
+        if by is not None and by not in specimen.row:
+            there = ", ".join(specimen.row)
+            raise SpecificationError("by", by, f"must be a column of specimens.csv ({there})")
+        numbers = reduce_curve(specimen.curve)
+        rows.append(
+            {
+                "specimen": specimen.name,
+                "group": ALL if by is None else specimen.row[by],
+                **dataclasses.asdict(numbers),
+                **reduce_section(specimen, numbers),
+            }
+        )
+    curves = pd.DataFrame(rows)
+    groups = by_group(curves, list(curves["group"]), list(QUANTITIES), seed)
+    return Reduction(dataset, by, curves, groups, seed)

@@ -1,0 +1,127 @@
+"""What one measured curve says, in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.integrate import trapezoid
+
+from ramiefenics.measured import Specimen, initial_slope, noise
+from ramiefenics.reduction import equations
+
+QUANTITIES: dict[str, tuple[str, str]] = {
+    "slope_N_per_mm": ("Initial slope", "N/mm"),
+    "peak_N": ("Peak force", "N"),
+    "peak_at_mm": ("Displacement at the peak", "mm"),
+    "energy_to_peak_Nmm": ("Energy to the peak", "N mm"),
+    "energy_Nmm": ("Energy in all", "N mm"),
+    "drop": ("Drop after the peak, share of it", "1"),
+    "strength_MPa": ("Nominal strength PL/4W", "MPa"),
+    "bending_modulus_MPa": ("Apparent bending modulus", "MPa"),
+    "shear_modulus_MPa": ("Apparent shear modulus, Eq. 2", "MPa"),
+}
+"""Title and unit of what groups are compared by."""
+
+AT_END = 0.01
+"""A peak in this last share of the displacement is where the record ends, not a maximum."""
+
+
+@dataclass(frozen=True)
+class CurveNumbers:
+    """A measured curve, reduced.
+
+    Attributes
+    ----------
+    noise_N
+        Standard deviation of the noise from row to row.
+    slope_N_per_mm, slope_low_N_per_mm, slope_high_N_per_mm
+        Initial slope and its 95 % interval.
+    slope_from_mm, slope_to_mm, slope_stable
+        Where it was taken, and whether the curve is straight there: see `initial_slope`.
+    peak_N, peak_at_mm
+        Largest force, and where.
+    still_rising
+        Whether that is where the record ends: the peak is then a lower bound.
+    end_mm
+        Where the record ends.
+    energy_to_peak_Nmm, energy_Nmm
+        Work of the indenter up to the peak, and to the end, by the trapezoidal rule.
+    drop_N, drop
+        From the peak to the least force after it, and as a share of the peak.
+    """
+
+    noise_N: float
+    slope_N_per_mm: float
+    slope_low_N_per_mm: float
+    slope_high_N_per_mm: float
+    slope_from_mm: float
+    slope_to_mm: float
+    slope_stable: bool
+    peak_N: float
+    peak_at_mm: float
+    still_rising: bool
+    end_mm: float
+    energy_to_peak_Nmm: float
+    energy_Nmm: float
+    drop_N: float
+    drop: float
+
+
+def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
+    """Reduce one curve.
+
+    Parameters
+    ----------
+    curve
+        ``displacement_mm``, ascending, and ``force_N``, with a peak above 0 N.
+    """
+    travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    slope = initial_slope(curve)
+    top = int(force.argmax())
+    peak, end = float(force[top]), float(travel[-1])
+    drop = peak - float(force[top:].min())
+    return CurveNumbers(
+        noise_N=noise(curve),
+        slope_N_per_mm=slope.N_per_mm,
+        slope_low_N_per_mm=slope.low_N_per_mm,
+        slope_high_N_per_mm=slope.high_N_per_mm,
+        slope_from_mm=slope.from_mm,
+        slope_to_mm=slope.to_mm,
+        slope_stable=slope.stable,
+        peak_N=peak,
+        peak_at_mm=float(travel[top]),
+        still_rising=bool(end - travel[top] <= AT_END * np.ptp(travel)) and drop < AT_END * peak,
+        end_mm=end,
+        energy_to_peak_Nmm=float(trapezoid(force[: top + 1], travel[: top + 1])),
+        energy_Nmm=float(trapezoid(force, travel)),
+        drop_N=drop,
+        drop=drop / peak,
+    )
+
+
+def reduce_section(specimen: Specimen, numbers: CurveNumbers) -> dict[str, float]:
+    """Return what the section makes of force and slope, MPa.
+
+    ``strength_MPa`` is for the section as specified, ``strength_turned_MPa`` as if it had lain on
+    its other diameter: the range where nobody wrote down which one faced the indenter. The moduli
+    are apparent: each puts the whole deflection down to one cause.
+    """
+    stalk, span = specimen.test.stalk, specimen.test.fixture.span_mm
+    outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm
+    upright = equations.section_modulus(outer, inner, height)
+    turned = equations.section_modulus(height, inner * height / outer, outer)
+    area = equations.section_area(outer, inner, height)
+    slope = numbers.slope_N_per_mm
+    return {
+        "span_mm": span,
+        "width_mm": outer,
+        "height_mm": height,
+        "void_width_mm": inner,
+        "section_modulus_mm3": upright,
+        "strength_MPa": equations.maximum_stress(numbers.peak_N, span, upright),
+        "strength_turned_MPa": equations.maximum_stress(numbers.peak_N, span, turned),
+        "bending_modulus_MPa": equations.bending_modulus(slope, span, outer, inner, height),
+        "shear_modulus_MPa": 2.0 * equations.shear_stiffness(slope, 1.0, span) / area,
+    }

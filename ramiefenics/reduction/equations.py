@@ -1,0 +1,138 @@
+"""The study's formulas for a bending test: Eqs. 1 to 3, 6 and 7.
+
+Source: "Bending mechanics test and parameters calibration of ramie stalks". All take numbers or
+arrays, in mm, N and MPa.
+
+Two things there are not as printed. The constant of Eq. 2 is 8/pi = 2.546, not 2.564. And what it
+calls the bending modulus of elasticity is a shear modulus. A beam on two supports with overhangs
+deflects by ``f_b = P L^3 / (48 EI)`` at midspan and rises by ``f_1 = a P L^2 / (16 EI)`` at the end
+of an overhang of length a, so that ``f_1 L / (3 a)`` in Eq. 1 is ``f_b``. What Eq. 1 divides by is
+the deflection left over, the one by shear, ``f - f_b = P L / (4 U)`` (Timoshenko 1921), and U is
+the shear stiffness: GA over a coefficient of shear, in N. A bending stiffness, EI, would be in
+N mm2. The 2 in Eq. 2 is that coefficient for a thin-walled tube (Cowper 1966), A is the section's
+area, and what remains is G. `bending_modulus` is the modulus that Eq. 2 is not.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def shear_stiffness(
+    load_N: Any,
+    deflection_mm: Any,
+    span_mm: Any,
+    overhang_deflection_mm: Any = 0.0,
+    overhang_mm: Any = math.inf,
+) -> Any:
+    """Return the shear stiffness U, N, of Eq. 1.
+
+    Parameters
+    ----------
+    load_N, deflection_mm
+        Increments of force and of the deflection at midspan within the elastic part.
+    span_mm
+        Distance of the supports, L.
+    overhang_deflection_mm
+        Increment of the upward deflection f_1 at the end of an overhang. Left out, what bending
+        deflects is put down to shear too, and U is too low.
+    overhang_mm
+        Length a of the overhang.
+    """
+    by_bending = overhang_deflection_mm * span_mm / (3.0 * overhang_mm)
+    return load_N * span_mm / (4.0 * (deflection_mm - by_bending))
+
+
+def shear_modulus(shear_stiffness_N: Any, outer_mm: Any, inner_mm: Any = 0.0) -> Any:
+    """Return the shear modulus G, MPa, of Eq. 2, with 2.546 in place of the printed 2.564.
+
+    The study calls it bending modulus of elasticity; see the head of this module. The coefficient
+    of shear 2 is that of a thin wall; at an inner diameter of half the outer one it is 1.70, of a
+    solid section 1.17 (Cowper 1966, Poisson's ratio 0), and G comes out too high by 18 or 71 %.
+
+    Parameters
+    ----------
+    shear_stiffness_N
+        U of Eq. 1.
+    outer_mm, inner_mm
+        Diameters of the tube.
+    """
+    return 2.0 * shear_stiffness_N / section_area(outer_mm, inner_mm)
+
+
+def section_area(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -> Any:
+    """Return the area of a hollow circle or ellipse, mm2; parameters as of `section_modulus`."""
+    height = outer_mm if height_mm is None else height_mm
+    return math.pi / 4.0 * outer_mm * height * (1.0 - (inner_mm / outer_mm) ** 2)
+
+
+def phloem_ratio(outer_mm: Any, inner_mm: Any, phloem_mm: Any) -> Any:
+    """Return the volume ratio V1 of the phloem, Eq. 3; right as printed.
+
+    It is the area of the outermost ring over that of the tube.
+
+    Parameters
+    ----------
+    outer_mm, inner_mm
+        Diameters of the tube.
+    phloem_mm
+        Thickness of the phloem.
+    """
+    ring = 4.0 * outer_mm * phloem_mm - 4.0 * phloem_mm**2
+    return ring / (outer_mm**2 - inner_mm**2)
+
+
+def maximum_stress(force_N: Any, span_mm: Any, section_modulus_mm3: Any) -> Any:
+    """Return the largest bending stress in three-point bending, MPa: Eq. 6 with M = P L / 4.
+
+    At the peak force it is the nominal strength: what a homogeneous, elastic beam with the
+    undeformed section would bear.
+
+    Parameters
+    ----------
+    force_N, span_mm
+        Force at midspan and distance of the supports.
+    section_modulus_mm3
+        W of Eq. 7.
+    """
+    return force_N * span_mm / (4.0 * section_modulus_mm3)
+
+
+def section_modulus(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -> Any:
+    """Return the section modulus W, mm3: Eq. 7, and its like for an ellipse.
+
+    Parameters
+    ----------
+    outer_mm
+        Diameter; of an ellipse, the width across the force.
+    inner_mm
+        Diameter of the void, 0 if there is none; of an ellipse the void's width, of the same shape.
+    height_mm
+        Of an ellipse, along the force; ``pi w h^2 (1 - m^4) / 32``, m the ratio of inner to outer
+        (Young and Budynas 2002, Table A.1).
+    """
+    height = outer_mm if height_mm is None else height_mm
+    return math.pi / 32.0 * outer_mm * height**2 * (1.0 - (inner_mm / outer_mm) ** 4)
+
+
+def bending_modulus(
+    slope_N_per_mm: Any, span_mm: Any, outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None
+) -> Any:
+    """Return the apparent Young's modulus, MPa, of a slender beam: E = k L^3 / (48 I).
+
+    Shear, crushing of the section and the machine's own compliance count as bending: it is a lower
+    bound.
+
+    Parameters
+    ----------
+    slope_N_per_mm
+        Initial slope k of force against deflection at midspan.
+    span_mm
+        Distance of the supports.
+    outer_mm, inner_mm, height_mm
+        As of `section_modulus`; I is W times half the height.
+    """
+    height = outer_mm if height_mm is None else height_mm
+    second_moment = section_modulus(outer_mm, inner_mm, height_mm) * height / 2.0
+    return slope_N_per_mm * span_mm**3 / (48.0 * second_moment)

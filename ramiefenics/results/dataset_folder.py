@@ -1,0 +1,96 @@
+"""A folder of measured data, made from raw files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+import tomli_w
+
+from ramiefenics.measured import RawCurve
+from ramiefenics.measured.dataset import SPECIMENS
+from ramiefenics.results.draft import draft
+from ramiefenics.specification import (
+    SpecificationError,
+    published_test,
+    read_test,
+    write_test,
+)
+
+HEAD = """\
+# Measured data for `ramiefenics reduce` and `discover`; docs/discovery.md has what may be said.
+# Put the diameters into specimens.csv, and name their columns here, for instance
+#   [specimens]
+#   "stalk.void_diameter_mm" = "void_mm"
+# Displacement begins where the machine has it, at contact with zero = "toe" in [seating].
+
+"""
+
+
+def check_new(folder: Path) -> None:
+    """Check that a folder has no data set yet, which may have been edited.
+
+    Raises
+    ------
+    SpecificationError
+        If it has.
+    """
+    if (folder / "dataset.toml").exists():
+        allowed = "must not have a dataset.toml yet; name another folder or remove that one"
+        raise SpecificationError("out", str(folder), allowed)
+
+
+def write_dataset(
+    curves: Mapping[str, RawCurve],
+    folder: str | Path,
+    baseline: str = "table3",
+    speed_mm_per_min: float | None = None,
+) -> Path:
+    """Write ``dataset.toml``, ``specimens.csv`` and a file per curve, as `read_dataset` reads them.
+
+    Parameters
+    ----------
+    curves
+        By specimen. What their headers say goes to `specimens.csv`.
+    folder
+        Made if it does not exist; nothing appears half-written.
+    baseline
+        What stands for the specimens: a published test, or a TOML file, which is copied.
+    speed_mm_per_min
+        Of the crosshead, for the record.
+
+    Raises
+    ------
+    SpecificationError
+        If there is a data set in the folder, or the baseline is not usable.
+    """
+    folder = Path(folder)
+    check_new(folder)
+    own = baseline.endswith(".toml")
+    test = read_test(baseline) if own else published_test(baseline)
+    layout: dict[str, object] = {"baseline": "baseline.toml" if own else baseline}
+    if speed_mm_per_min is not None:
+        layout["speed_mm_per_min"] = speed_mm_per_min
+    layout["fixture"] = {"span_mm": test.fixture.span_mm}
+    rows = [
+        {"specimen": name, **_renamed(raw.header), "curve": f"curves/{name}.csv"}
+        for name, raw in curves.items()
+    ]
+    with draft(folder) as made:
+        if own:
+            write_test(test, made / "baseline.toml")
+        (made / "dataset.toml").write_text(HEAD + tomli_w.dumps(layout), encoding="utf-8")
+        table = pd.DataFrame(rows)
+        order = [*(name for name in table.columns if name != "curve"), "curve"]
+        table[order].to_csv(made / SPECIMENS, index=False)
+        (made / "curves").mkdir()
+        for name, raw in curves.items():
+            raw.curve.to_csv(made / "curves" / f"{name}.csv", index=False, float_format="%.8g")
+    return folder
+
+
+def _renamed(header: Mapping[str, str]) -> dict[str, str]:
+    """Return a header without the names that a data set needs for itself."""
+    taken = ("specimen", "curve")
+    return {f"{name} in the file" if name in taken else name: v for name, v in header.items()}

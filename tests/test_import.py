@@ -1,0 +1,285 @@
+"""Raw files of testing machines to data sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ramiefenics as rf
+from ramiefenics.cli import main
+from ramiefenics.measured import RawCurve
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+TRAVEL = np.linspace(0.0, 14.0, 141)
+FORCE = 84.0 * np.sin(np.pi * TRAVEL / 20.0)
+
+HEADER = """\
+General : Start date,"2024-06-03"
+General : Unique identifier,"{6E289CB0}"
+Specimen notes : Length, D1, D2,""
+Specimen properties : Specimen label,"stalk 1, lower"
+Specimen properties : Diameter,"14.23",mm
+Maximum Load : Maximum Load,"84.00000",N
+
+"""
+
+
+def bluehill(
+    path: Path,
+    header: str = HEADER,
+    names: str = "Time,Extension,Load",
+    units: str = "(s),(mm),(N)",
+    cell: Callable[[float], str] = lambda value: f'"{value:.5f}"',
+    scale: tuple[float, float] = (1.0, 1.0),
+) -> Path:
+    rows = [
+        ",".join(map(cell, (6 * d, d * scale[0], f * scale[1])))
+        for d, f in zip(TRAVEL, FORCE, strict=True)
+    ]
+    path.write_text(header + "\n".join([names, units, *rows]) + "\n")
+    return path
+
+
+def only(curves: dict[str, RawCurve]) -> RawCurve:
+    (curve,) = curves.values()
+    return curve
+
+
+def check(curve: pd.DataFrame) -> None:
+    assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-5)
+    assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=2e-3)
+    assert curve["time_s"].to_numpy() == pytest.approx(6 * TRAVEL, abs=1e-4)
+
+
+def test_a_bluehill_file_with_its_header(tmp_path: Path) -> None:
+    raw = only(rf.import_instron([bluehill(tmp_path / "a.csv")]))
+    check(raw.curve)
+    assert raw.notes == ()
+    assert raw.header == {
+        "Start date": "2024-06-03",
+        "Unique identifier": "{6E289CB0}",
+        "Specimen label": "stalk 1, lower",
+        "Diameter (mm)": "14.23",
+        "Maximum Load (N)": "84.00000",
+    }
+
+
+def test_other_units_and_columns_in_between(tmp_path: Path) -> None:
+    path = bluehill(
+        tmp_path / "a.csv",
+        names="Time,Flexure extension,Load,Flexure stress",
+        units="(min),(in),(kN),(MPa)",
+        scale=(1 / 25.4, 1e-3),
+        cell=lambda value: f"{value:.9f}",
+    )
+    curve = only(rf.import_instron([path])).curve
+    assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-5)
+    assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=1e-3)
+    assert curve["time_s"].iloc[-1] == pytest.approx(60 * 84.0)
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t", ","])
+def test_decimal_commas(tmp_path: Path, delimiter: str) -> None:
+    path = bluehill(tmp_path / "a.csv", header=HEADER.replace("14.23", "14,23"))
+    text = path.read_text()
+    if delimiter != ",":
+        head, _, table = text.partition("Time,")
+        text = head.replace('",mm', f'"{delimiter}mm') + "Time," + table
+        text = text.replace('","', f'"{delimiter}"').replace("),(", f"){delimiter}(")
+        text = text.replace("Time,Extension,Load", delimiter.join(("Time", "Extension", "Load")))
+    path.write_text(text.replace(".", ",") if delimiter == "," else _commas(text))
+    raw = only(rf.import_instron([path]))
+    check(raw.curve)
+    assert raw.header["Diameter (mm)"] == "14.23"
+
+
+def _commas(text: str) -> str:
+    lines = text.splitlines()
+    return "\n".join(line.replace(".", ",") if line.startswith('"') else line for line in lines)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_encodings_of_windows(tmp_path: Path, encoding: str) -> None:
+    path = bluehill(tmp_path / "a.csv")
+    path.write_text(path.read_text().replace("stalk 1", "Prüfling"), encoding=encoding)
+    assert only(rf.import_instron([path])).header["Specimen label"] == "Prüfling, lower"
+
+
+def test_units_beside_the_names(tmp_path: Path) -> None:
+    path = bluehill(tmp_path / "a.csv", header='"Results Table 1"\n', names="", units="")
+    text = path.read_text().replace("\n\n", '\n"Time (sec)","Displacement (mm)","Force (N)"\n', 1)
+    path.write_text(text)
+    check(only(rf.import_instron([path])).curve)
+
+
+def test_tension_positive_records_are_turned_and_unloading_is_left_out(tmp_path: Path) -> None:
+    path = bluehill(tmp_path / "a.csv", scale=(-1.0, -1.0))
+    back = [f'"{84 + i:.5f}","{-14 + i:.5f}","-1.00000"\n' for i in range(1, 5)]
+    path.write_text(path.read_text() + "".join(back))
+    raw = only(rf.import_instron([path]))
+    check(raw.curve)
+    assert len(raw.notes) == 3
+    assert "last 4 rows, unloading" in raw.notes[2]
+
+
+DEFECTS = [
+    ("Extension", "Strain", r"^a\.csv must have a line that names a displacement"),
+    ("(mm),", "(furlong),", r"^a\.csv, row 9, unit of Extension = 'furlong' must be one of um, mm"),
+    ("(s),(mm),(N)\n", "", r"^a\.csv, row 9, unit of Extension = '0.00000'.*in brackets"),
+    ('"0.10000"', '"0,1"', r"^a\.csv, row 11, column displacement_mm = '0,1' must be a number"),
+    ('"0.60000","0.10000"', '"0.6"', r"^a\.csv, row 11, number of columns = 2 must be at least 3"),
+    ('"0.10000"', '"---"', r"^a\.csv, row 11, column displacement_mm = '---'.*remove the row"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), DEFECTS)
+def test_defects_of_a_bluehill_file(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = bluehill(tmp_path / "a.csv")
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(rf.SpecificationError, match=message) as caught:
+        rf.import_instron([path])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_without_rows(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(HEADER + "Time,Extension,Load\n(s),(mm),(N)\n")
+    with pytest.raises(rf.SpecificationError, match=r"a\.csv has no rows of data below row 9"):
+        rf.import_instron([path])
+
+
+def test_a_second_specimen_in_the_file_is_told(tmp_path: Path) -> None:
+    path = bluehill(tmp_path / "a.csv")
+    path.write_text(path.read_text() + "\nTime,Extension,Load\n")
+    with pytest.raises(rf.SpecificationError, match=r"row 152.*'Extension'.*one specimen per file"):
+        rf.import_instron([path])
+
+
+COMMENT = "# span 100 mm, 200 Hz\n// crosshead, load cell\nweg kraft\n\n"
+
+
+@pytest.mark.parametrize("between", [" ", "\t", ", ", ",", ";", "   "])
+@pytest.mark.parametrize("comma", [False, True])
+def test_columns_of_displacement_and_force(tmp_path: Path, between: str, comma: bool) -> None:
+    if comma and "," in between:
+        pytest.skip("a comma cannot be both")
+    rows = "\n".join(f"{d:.4f}{between}{f:.4f}" for d, f in zip(TRAVEL, FORCE, strict=True))
+    path = tmp_path / "a.txt"
+    path.write_text(COMMENT + (rows.replace(".", ",") if comma else rows))
+    curve = only(rf.import_columns([path], rf.TextColumns(rate_Hz=200.0))).curve
+    assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-4)
+    assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=1e-4)
+    assert curve["time_s"].iloc[-1] == pytest.approx(140 / 200)
+
+
+def test_time_and_force_at_constant_speed(tmp_path: Path) -> None:
+    """10 mm/min at 200 Hz: 14 mm take 84 s, 16,800 rows apart by 0.83 um."""
+    time = np.arange(16801) / 200.0
+    force = 84.0 * np.sin(np.pi * time / 6.0 / 20.0)
+    path = tmp_path / "a.txt"
+    np.savetxt(path, np.column_stack([time, force / 1000.0]), fmt="%.8f")
+    layout = rf.TextColumns(("time_s", "force_kN"), speed_mm_per_min=10.0)
+    curve = only(rf.import_columns([path], layout)).curve
+    assert curve["displacement_mm"].iloc[-1] == pytest.approx(14.0)
+    assert curve["force_N"].max() == pytest.approx(84.0, rel=1e-6)
+    assert curve["displacement_mm"][curve["force_N"].idxmax()] == pytest.approx(10.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((("displacement_mm",),), r"columns = 'displacement_mm' must have a force"),
+        ((("time_s", "force_N"),), r"must have a displacement, or time"),
+        ((("weight_g", "force_N"),), r"columns = 'weight_g' must be displacement, force, time"),
+        ((("force_mm", "displacement_mm"),), r"unit of columns\.force_mm = 'mm' must be one of mN"),
+        ((("force_N", "force_kN"),), r"must not name a quantity twice"),
+        ((("time_s", "force_N"), -1.0), r"speed_mm_per_min = -1.0 must be a number above 0"),
+    ],
+)
+def test_unusable_columns(arguments: tuple, message: str) -> None:
+    with pytest.raises(rf.SpecificationError, match=message):
+        rf.TextColumns(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("# nothing\n", r"^a\.txt has no row of numbers"),
+        ("0 0\n1 2\n2\n" + "3 4\n" * 30, r"^a\.txt, row 3, number of columns = 1 must be"),
+        ("0 0\n1 2\n2 x\n" + "3 4\n" * 30, r"^a\.txt, row 3, column force_N = 'x' must be"),
+        ("0 0\n1 nan\n", r"^a\.txt, row 2, column force_N = 'nan'"),
+        ("0 0\n1 2\n", r"^a\.txt, number of rows = 2 must be at least 20"),
+        ("1 2\n" * 30, r"^a\.txt, force_N = 2.0 must change; is it the right column"),
+    ],
+)
+def test_defects_of_a_text_file(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "a.txt").write_text(text)
+    with pytest.raises(rf.SpecificationError, match=message):
+        rf.import_columns([tmp_path / "a.txt"])
+
+
+def test_files_that_are_not_there_or_are_no_text(tmp_path: Path) -> None:
+    with pytest.raises(rf.SpecificationError, match=r"cannot be read \(No such file"):
+        rf.import_instron([tmp_path / "none.csv"])
+    (tmp_path / "picture.csv").write_bytes(b"\x89PNG\x81\x8d\x00")
+    with pytest.raises(rf.SpecificationError, match=r"must be text"):
+        rf.import_instron([tmp_path / "picture.csv"])
+
+
+def test_same_names_take_their_folders(tmp_path: Path) -> None:
+    for folder in ("p1", "p2"):
+        (tmp_path / folder).mkdir()
+        bluehill(tmp_path / folder / "Specimen_RawData_1.csv")
+    found = rf.import_instron(sorted(tmp_path.rglob("*.csv")))
+    assert list(found) == ["p1_Specimen_RawData_1", "p2_Specimen_RawData_1"]
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
+    monkeypatch.setattr("sys.argv", ["ramiefenics", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return stop.value.code or 0
+
+
+def test_command_makes_a_data_set_that_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = [bluehill(tmp_path / f"{name}.csv") for name in "ab"]
+    out = tmp_path / "set"
+    arguments = ["import", *files, "--format", "instron", "--out", out, "--speed", 10]
+    assert run(monkeypatch, *arguments) == 0
+    data = rf.read_dataset(out)
+    assert [specimen.name for specimen in data.specimens] == ["a", "b"]
+    assert data.specimens[0].row["Maximum Load (N)"] == "84.00000"
+    assert data.layout.speed_mm_per_min == 10.0
+    check(data.specimens[1].curve)
+    (out / "dataset.toml").write_text(
+        (out / "dataset.toml").read_text()
+        + '\n[specimens]\n"stalk.layers.phloem.outer_diameter_mm" = "Diameter (mm)"\n'
+    )
+    assert rf.read_dataset(out).specimens[0].test.stalk.outer_diameter_mm == 14.23
+    assert run(monkeypatch, *arguments) == 2  # what was edited is not overwritten
+
+
+def test_command_refuses_in_one_sentence_and_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = bluehill(tmp_path / "a.csv")
+    out = tmp_path / "set"
+    for arguments, told in (
+        (["--format", "excel"], "format = 'excel' must be instron or columns"),
+        (["--format", "instron", "--columns", "force_N"], "must be left out for the format instr"),
+        (["--format", "columns", "--columns", "time_s,force_N"], "and the crosshead's speed"),
+        (["--format", "instron", "--baseline", "table9"], "'table9' must be one of"),
+    ):
+        assert run(monkeypatch, "import", path, "--out", out, *arguments) == 2
+        error = capsys.readouterr().err
+        assert told in error
+        assert error.count("\n") == 1
+        assert not out.exists()

@@ -1,0 +1,296 @@
+"""Formulas, statistics and tables of a reduction, against what is known otherwise."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib import image
+
+import ramiefenics as rf
+from ramiefenics.cli import main
+from ramiefenics.reduction import describe, equations
+from ramiefenics.reduction.groups import ordered
+from ramiefenics.verification.beam import LayeredTube
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+BESIDE = Path(__file__).parents[2] / "shared" / "data" / "maize_brace_roots_2020"
+MAIZE = Path(os.environ.get("RAMIEFENICS_MAIZE", BESIDE))
+"""124 measured curves that are no part of this project: doi 10.1093/aob/mcac029."""
+
+
+def test_equation_1_leaves_the_shear_of_a_beam_with_overhangs() -> None:
+    """Timoshenko's beam: f = P L^3 / 48 EI + P L / 4 U, and f1 = a P L^2 / 16 EI."""
+    load, span, overhang, bending, shear = 20.0, 100.0, 35.0, 1.65e6, 2200.0
+    deflection = load * span**3 / (48 * bending) + load * span / (4 * shear)
+    upward = overhang * load * span**2 / (16 * bending)
+    found = equations.shear_stiffness(load, deflection, span, upward, overhang)
+    assert found == pytest.approx(shear, rel=1e-12)
+    assert equations.shear_stiffness(load, deflection, span) < 0.6 * shear
+
+
+@pytest.mark.parametrize(("inner", "too_high"), [(13.9, 1.0), (7.0, 2 / 1.70), (0.1, 2 / (7 / 6))])
+def test_equation_2_is_a_shear_modulus_exact_for_a_thin_wall(inner: float, too_high: float) -> None:
+    """The tube's shear stiffness by Saint-Venant's flexure, from its shear modulus of 40 MPa."""
+    tube = LayeredTube((inner / 2, 7.0), (320.0,), (40.0,))
+    found = equations.shear_modulus(tube.shear_N, 14.0, inner)
+    assert found / 40.0 == pytest.approx(too_high, rel=5e-3)
+    stiffer = LayeredTube((inner / 2, 7.0), (3200.0,), (40.0,))  # of ten times the Young's modulus
+    assert equations.shear_modulus(stiffer.shear_N, 14.0, inner) == pytest.approx(found, rel=1e-9)
+
+
+def test_constant_of_equation_2_is_not_the_printed_one() -> None:
+    constant = equations.shear_modulus(1.0, 1.0)
+    assert constant == pytest.approx(2.546, abs=5e-4)
+    assert abs(constant - 2.564) > 0.017
+
+
+def test_equation_3_is_the_ring_over_the_tube() -> None:
+    outer, inner, phloem = 14.23, 7.28, 0.67
+    ring = outer**2 - (outer - 2 * phloem) ** 2
+    expected = ring / (outer**2 - inner**2)
+    assert equations.phloem_ratio(outer, inner, phloem) == pytest.approx(expected)
+    # Table 1's ratio of fresh cortex made the stalk at a height, by solving Eq. 3 for h
+    stalk = rf.ramie_at_height(69.0).stalk
+    xylem, outermost = (layer.outer_diameter_mm for layer in stalk.layers)
+    half = (outermost - xylem) / 2
+    found = equations.phloem_ratio(outermost, stalk.void_diameter_mm, half)
+    assert found == pytest.approx(0.2142, rel=1e-9)
+
+
+@pytest.mark.parametrize(("void", "height"), [(0.0, 4.0), (0.0, 2.5), (3.0, 4.0), (3.0, 2.5)])
+def test_sections_against_their_integrals(void: float, height: float) -> None:
+    """Sums over a fine grid: midpoints inside the section, 1 um apart in height."""
+    width = 4.0
+    y = (np.arange(4000) + 0.5) / 4000 * height / 2
+    chord = 2 * (width / 2) * np.sqrt(1 - (y / (height / 2)) ** 2)
+    inside = np.maximum(1 - (y / (height / 2 * void / width)) ** 2, 0.0) if void else 0.0 * y
+    chord = chord - void * np.sqrt(inside)
+    step = y[1] - y[0]
+    area, second = 2 * np.sum(chord) * step, 2 * np.sum(chord * y**2) * step
+    assert equations.section_area(width, void, height) == pytest.approx(area, rel=1e-4)
+    found = equations.section_modulus(width, void, height)
+    assert found == pytest.approx(second / (height / 2), rel=1e-4)
+    slope = 48 * 250.0 * second / 50.0**3
+    assert equations.bending_modulus(slope, 50.0, width, void, height) == pytest.approx(
+        250, rel=1e-4
+    )
+
+
+def test_equation_7_as_printed() -> None:
+    D, d = 14.23, 7.28
+    printed = np.pi * (D**4 - d**4) / (32 * D)
+    assert equations.section_modulus(D, d) == pytest.approx(printed)
+    assert equations.maximum_stress(80.0, 100.0, printed) == pytest.approx(80 * 25 / printed)
+
+
+def test_confidence_interval_of_a_published_sample() -> None:
+    """NIST/SEMATECH e-Handbook, 1.3.5.2: heat flow meter calibration, 95 % interval.
+
+    The sample has another shape, made to have the published number, mean and standard deviation.
+    """
+    draws = np.random.default_rng(4).standard_normal(195)
+    values = 9.261460 + 0.02278881 * (draws - draws.mean()) / draws.std(ddof=1)
+    found = describe(values)
+    assert (found["n"], found["interval"]) == (195, "student")
+    assert found["low"] == pytest.approx(9.258242, abs=2e-6)
+    assert found["high"] == pytest.approx(9.264679, abs=2e-6)
+    # of so many normal values, the bootstrap's interval is about the same
+    assert found["bootstrap_low"] == pytest.approx(9.258242, abs=3e-4)
+
+
+def test_skewed_values_get_the_interval_of_the_bootstrap() -> None:
+    found = describe(np.random.default_rng(5).lognormal(0.0, 1.0, 60))
+    assert found["normal_p"] < 1e-3
+    assert found["interval"] == "bootstrap"
+    mean = found["mean"]
+    assert found["high"] - mean > 1.2 * (mean - found["low"])  # longer where the tail is
+    assert found["student_high"] - mean == pytest.approx(mean - found["student_low"])
+
+
+@pytest.mark.parametrize(("values", "number"), [([], 0), ([3.0, np.nan], 1), ([3.0, 5.0], 2)])
+def test_few_values(values: list[float], number: int) -> None:
+    found = describe(np.array(values))
+    assert found["n"] == number
+    assert np.isfinite(found["low"]) == (number == 2)
+    if number == 2:  # Student's t with one degree of freedom is Cauchy's: tan(0.475 pi)
+        assert found["high"] - 4.0 == pytest.approx(np.tan(0.475 * np.pi), rel=1e-6)
+
+
+def test_groups_that_are_numbers_ascend_and_names_stay() -> None:
+    assert ordered(["119", "19", "69", "19"]) == ["19", "69", "119"]
+    assert ordered(["top", "low", "top"]) == ["top", "low"]
+
+
+LAYOUT = """
+baseline = "table3"
+fixture = { span_mm = 80, indenter_radius_mm = 4 }
+
+[specimens]
+"stalk.layers.phloem.outer_diameter_mm" = "outer"
+"stalk.void_diameter_mm" = "void"
+"""
+STALKS = {"A": (15.0, 7.0, "low"), "B": (14.0, 7.0, "low"), "C": (13.5, 6.0, "top")}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Curves k d (1 - d / 20) for which all is known; k is 10, 20 and 30 N/mm."""
+    folder = tmp_path / "set"
+    folder.mkdir()
+    (folder / "dataset.toml").write_text(LAYOUT)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    rows = []
+    travel = np.linspace(0.0, 14.0, 1401)
+    for index, (name, (outer, void, place)) in enumerate(STALKS.items()):
+        path = elsewhere / f"{name}.csv"  # an absolute path, not beside dataset.toml
+        force = 10.0 * (index + 1) * travel * (1 - travel / 20.0)
+        table = pd.DataFrame({"displacement_mm": travel, "force_N": force})
+        table.to_csv(path, index=False)
+        rows.append((name, outer, void, place, path))
+    columns = ["specimen", "outer", "void", "place", "curve"]
+    pd.DataFrame(rows, columns=columns).to_csv(folder / "specimens.csv", index=False)
+    return folder
+
+
+def test_curves_and_groups(folder: Path) -> None:
+    found = rf.reduce_dataset(folder, by="place")
+    peaks = np.array([50.0, 100.0, 150.0])
+    assert found.curves["peak_N"].to_numpy() == pytest.approx(peaks)
+    assert found.curves["peak_at_mm"].to_numpy() == pytest.approx(10.0)
+    energies = peaks * 2 * (100 / 2 - 1000 / 60) / 10  # k (d^2/2 - d^3/60) at 10 mm
+    assert found.curves["energy_to_peak_Nmm"].to_numpy() == pytest.approx(energies, rel=1e-5)
+    for peak, (outer, void, _), strength in zip(
+        peaks, STALKS.values(), found.curves["strength_MPa"], strict=True
+    ):
+        moment, W = peak * 80.0 / 4, np.pi * (outer**4 - void**4) / (32 * outer)
+        assert strength == pytest.approx(moment / W)
+    groups = found.groups.set_index(["group", "quantity"])
+    assert groups.loc[("low", "peak_N"), "mean"] == pytest.approx(75.0)
+    assert groups.loc[("low", "peak_N"), "sd"] == pytest.approx(50.0 / np.sqrt(2))
+    assert groups.loc[("top", "peak_N"), "n"] == 1
+    assert np.isnan(groups.loc[("top", "peak_N"), "low"])
+
+
+def test_seating_of_the_layout_moves_the_curves(folder: Path) -> None:
+    before = rf.read_dataset(folder).specimens[1].curve
+    layout = (folder / "dataset.toml").read_text()
+    seating = '\n[seating]\nzero = "threshold"\nthreshold_N = 4.0\n'
+    (folder / "dataset.toml").write_text(layout + seating)
+    after = rf.read_dataset(folder).specimens[1].curve
+    at = 10.0 - np.sqrt(100.0 - 4.0)  # 20 d - d^2 = 4
+    moved = before["displacement_mm"].iloc[-1] - after["displacement_mm"].iloc[-1]
+    assert moved == pytest.approx(at, abs=1e-4)
+    (folder / "dataset.toml").write_text(layout + seating.replace("4.0", "60.0"))
+    with pytest.raises(rf.SpecificationError, match=r"row 2 \(A\).*threshold_N = 60.0 must be bel"):
+        rf.read_dataset(folder)
+
+
+def test_curves_begin_where_the_machine_says_by_default(folder: Path) -> None:
+    data = rf.read_dataset(folder)
+    raw = pd.read_csv(folder.parent / "elsewhere" / "A.csv")
+    pd.testing.assert_frame_equal(data.specimens[0].curve, raw)
+    assert data.specimens[0].row["place"] == "low"
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
+    monkeypatch.setattr("sys.argv", ["ramiefenics", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return stop.value.code or 0
+
+
+def test_command_writes_tables_figures_and_manifest(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out"
+    assert run(monkeypatch, "reduce", folder, "--by", "place", "--out", out) == 0
+    told = capsys.readouterr().out
+    assert "low, n = 2" in told
+    curves, groups = pd.read_csv(out / "curves.csv"), pd.read_csv(out / "groups.csv")
+    assert list(curves["group"]) == ["low", "low", "top"]
+    assert set(groups["group"]) == {"low", "top"}
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["by"] == "place"
+    assert manifest["units"]["strength_MPa"] == "MPa"
+    assert manifest["specification"]["fixture"]["span_mm"] == 80.0
+    assert "numpy" in manifest["versions"]
+    for name in ("curves", "quantities"):
+        pixels = image.imread(out / f"{name}.png")[..., :3]
+        assert 0.2 < np.all(pixels > 0.99, axis=2).mean() < 0.98
+
+
+def test_command_names_the_columns_there_are(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out"
+    assert run(monkeypatch, "reduce", folder, "--by", "height", "--out", out) == 2
+    error = capsys.readouterr().err
+    assert "by = 'height' must be a column of specimens.csv (specimen, outer, void" in error
+    assert not out.exists()
+
+
+ROOT = """
+[fixture]
+span_mm = 17.5
+indenter_radius_mm = 2.5
+support_radius_mm = 2.5
+
+[stalk]
+length_mm = 30
+void_diameter_mm = 0
+
+[[stalk.layers]]
+name = "root"
+outer_diameter_mm = 4
+
+[stalk.layers.material]
+density_g_per_cm3 = 0.9
+elastic = { E_X_MPa = 30, E_Z_MPa = 300, nu_XY = 0.3, nu_XZ = 0.03, G_XZ_MPa = 30 }
+"""
+ROOTS = """
+baseline = "root.toml"
+
+[specimens]
+"stalk.layers.root.outer_diameter_mm" = "diameter_major_mm"
+"stalk.section_height_mm" = "diameter_minor_mm"
+
+[seating]
+zero = "toe"
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not MAIZE.is_dir(), reason=f"no measured maize roots in {MAIZE}")
+def test_maize_roots_have_the_peak_loads_that_their_authors_noted(tmp_path: Path) -> None:
+    noted = pd.read_csv(MAIZE / "specimens.csv")
+    table = noted.assign(curve=[str((MAIZE / path).resolve()) for path in noted["curve"]])
+    table.to_csv(tmp_path / "specimens.csv", index=False)
+    (tmp_path / "root.toml").write_text(ROOT)
+    (tmp_path / "dataset.toml").write_text(ROOTS)
+    found = rf.reduce_dataset(tmp_path, by="genotype")
+    curves = found.curves
+    assert len(curves) == 124
+    # to the last digit noted, 10 uN
+    assert curves["peak_N"].to_numpy() == pytest.approx(noted["peak_load_N"].to_numpy(), abs=2e-5)
+    lying, upright = noted["diameter_major_mm"], noted["diameter_minor_mm"]
+    moment = noted["peak_load_N"] * 17.5 / 4
+    expected = moment / (np.pi * lying * upright**2 / 32)
+    assert curves["strength_MPa"].to_numpy() == pytest.approx(expected.to_numpy(), rel=1e-5)
+    turned = moment / (np.pi * upright * lying**2 / 32)
+    assert curves["strength_turned_MPa"].to_numpy() == pytest.approx(turned.to_numpy(), rel=1e-5)
+    assert dict(curves["group"].value_counts()) == dict(noted["genotype"].value_counts())
+    written = rf.write_reduction(found, tmp_path / "out")
+    assert len(pd.read_csv(written / "groups.csv")) == 3 * 9
