@@ -1,13 +1,10 @@
-"""The command line: `ramiefenics bend`, `converge`, `discover`, `verify` and others."""
+"""The command line: `ramiefenics bend`, `calibrate`, `converge`, `discover` and others."""
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +12,8 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
+from ramiefenics.cli.calibrate import calibrate_command
+from ramiefenics.cli.common import check_writable, resumable
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
@@ -37,6 +36,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.command("calibrate")(calibrate_command)
 
 Spec = Annotated[
     str,
@@ -62,7 +62,7 @@ def bend(
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = load_test(spec, mesh, law, assign)
-    folder = _check_writable(out or Path("results") / Path(spec).stem)
+    folder = check_writable(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.model.laws import check_law
     from ramiefenics.solve.simulate import simulate
@@ -95,14 +95,14 @@ def converge_command(
         if assignment.strip().startswith("numerics.mesh"):
             raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
     test = load_test(spec, None, law, assign)
-    folder = _check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
+    folder = check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
     from ramiefenics.model.laws import check_law
 
     check_ladder(order, meshes)  # before there is a progress bar
     check_law(test)
-    with _resumable(), progress.refining() as show:
+    with resumable(), progress.refining() as show:
         study = converge(test, order, meshes, on_progress=show)
     if MPI.COMM_WORLD.rank == 0:
         from ramiefenics.results.convergence_folder import convergence_table, write_convergence
@@ -146,7 +146,7 @@ def discover_command(
     seed: Annotated[int, typer.Option(help="Of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
-    folder = _check_writable(out or Path("results") / Path(dataset).resolve().name)
+    folder = check_writable(out or Path("results") / Path(dataset).resolve().name)
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
@@ -158,7 +158,7 @@ def discover_command(
     suspects = dict(EFFECTS)
     for path in effects or []:
         suspects |= load_effects(path)
-    with _resumable(), progress.counting() as (stage, count):
+    with resumable(), progress.counting() as (stage, count):
         found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
@@ -173,7 +173,7 @@ def verify(
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
 ) -> None:
     """Check the solver against exact solutions, theories and other codes."""
-    folder = _check_writable(out)
+    folder = check_writable(out)
     from rich.progress import track
 
     from ramiefenics.results.verification_report import write_verification
@@ -219,27 +219,6 @@ def load_test(
     changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
     changes += [f"law={law}"] if law is not None else []
     return override(test, changes + (assignments or []))
-
-
-def _check_writable(folder: Path) -> Path:
-    """Find out before hours are spent on what goes into it; make nothing yet."""
-    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        allowed = f"must be a folder that can be written, but {existing} cannot"
-        raise SpecificationError("out", str(folder), allowed)
-    return folder
-
-
-@contextmanager
-def _resumable() -> Iterator[None]:
-    """Tell who interrupts what keeps its simulations that they are kept."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if MPI.COMM_WORLD.rank == 0:
-            kept = "what is simulated is kept, so run it again"
-            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
-        raise typer.Exit(130) from None
 
 
 def _report(result: BendingResult, folder: Path) -> None:
