@@ -41,8 +41,10 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.calibration.calibrate import Calibration, calibrate
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.results.calibration_folder import write_calibration
     from ramiefenics.results.convergence_folder import write_convergence
     from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.results.figures import curve_figure, section_figure
@@ -53,6 +55,7 @@ __all__ = [
     "EFFECTS",
     "BendingResult",
     "BendingTest",
+    "Calibration",
     "Closure",
     "ContactMethod",
     "Convergence",
@@ -74,6 +77,7 @@ __all__ = [
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "calibrate",
     "converge",
     "curve_figure",
     "deformed_picture",
@@ -90,6 +94,7 @@ __all__ = [
     "section_figure",
     "sensitivities",
     "simulate",
+    "write_calibration",
     "write_convergence",
     "write_discovery",
     "write_folder",
@@ -97,14 +102,17 @@ __all__ = [
 ]
 
 _ON_DEMAND = {
+    "Calibration": "calibration.calibrate",
     "Convergence": "convergence",
     "Discovery": "discovery",
+    "calibrate": "calibration.calibrate",
     "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
     "section_figure": "results.figures",
+    "write_calibration": "results.calibration_folder",
     "write_convergence": "results.convergence_folder",
     "write_discovery": "results.discovery_folder",
     "write_folder": "results.folder",

@@ -89,9 +89,9 @@ def run_campaign(
     tests
         What to simulate.
     executor
-        Does the work, each test on one process: a `ProcessPoolExecutor` (made with the context
-        ``spawn``), mpi4py's `MPIPoolExecutor`, dask.distributed's ``client.get_executor()``. By
-        default as many local processes as there are cores.
+        Does the work, each test on one process: for instance mpi4py's `MPICommExecutor`, or
+        dask.distributed's ``client.get_executor()``. By default as many local processes as there
+        are cores.
     folder
         Where results are kept, `ramiefenics.kept.RUNS` by default. Workers elsewhere must see it.
     on_done

@@ -29,6 +29,9 @@ GRID = 41
 ROUNDING = 1e-12
 """Of the largest eigenvalue, below which another is none."""
 
+NEGLIGIBLE = 0.02
+"""Share of a range: an end of an interval that cuts off less is none."""
+
 DETERMINED, ABOVE, BELOW, OPEN = "determined", "bounded below", "bounded above", "not determined"
 
 
@@ -116,7 +119,13 @@ def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
     first, last = int(inside[0]), int(inside[-1])
     low = None if first == 0 else _crossing(at, rise, first, first - 1)
     high = None if last == len(at) - 1 else _crossing(at, rise, last, last + 1)
-    return Profile(at, rise, low, high)
+    least_cut = NEGLIGIBLE * (at[-1] - at[0])
+    return Profile(
+        at,
+        rise,
+        None if low is None or low - at[0] < least_cut else low,
+        None if high is None or at[-1] - high < least_cut else high,
+    )
 
 
 def _crossing(at: Array, rise: Array, inside: int, outside: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -161,15 +162,18 @@ def minimise(
         constraints.append(ball)
     found = []
     for start in starts:
-        at = optimize.minimize(
-            function,
-            start,
-            jac=gradient,
-            bounds=region.bounds,
-            constraints=constraints,
-            method="SLSQP",
-            options={"ftol": 1e-10, "maxiter": 200},
-        ).x
+        with warnings.catch_warnings():
+            # that SLSQP has stepped out of the bounds, and goes back in
+            warnings.simplefilter("ignore", RuntimeWarning)
+            at = optimize.minimize(
+                function,
+                start,
+                jac=gradient,
+                bounds=region.bounds,
+                constraints=constraints,
+                method="SLSQP",
+                options={"ftol": 1e-10, "maxiter": 200},
+            ).x
         for point in (start, region.pull_in(at[None])[0]):
             violated = max((abs(c["fun"](point)) for c in equal), default=0.0)  # type: ignore[operator]
             found.append((violated > 1e-6, function(point), point))

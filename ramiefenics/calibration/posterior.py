@@ -73,8 +73,8 @@ def draw_posterior(misfit: Misfit, seed: int = 0) -> Posterior:
         return np.where(region.contains(points), -0.5 * misfit.of(points), -np.inf)
 
     sampler = emcee.EnsembleSampler(WALKERS, region.dimension, log_probability, vectorize=True)
-    state = np.random.RandomState(seed).get_state()  # what emcee takes
-    sampler.run_mcmc(start, STEPS, rstate0=state, skip_initial_state_check=True)
+    state = emcee.State(start, random_state=np.random.RandomState(seed).get_state())
+    sampler.run_mcmc(state, STEPS, skip_initial_state_check=True)
     times = sampler.get_autocorr_time(discard=DISCARDED, quiet=True, tol=0)
     samples = sampler.get_chain(discard=DISCARDED, thin=THIN, flat=True)
     length = (STEPS - DISCARDED) / float(np.max(times))

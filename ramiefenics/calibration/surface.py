@@ -28,6 +28,10 @@ EQUAL = 1e-9
 """Of the range of a response, within which repeats give the same number: no experiment does."""
 
 
+ALONE = 1e-8
+"""What is left of 1 by the leverage of a run without which some coefficient is unknown."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """A polynomial that stands for a response.
@@ -64,29 +68,42 @@ class Surface:
         """Names of the terms."""
         return [term_name(term, self.names) for term in self.terms]
 
+    @cached_property
+    def _estimates(self) -> Array:
+        """Coefficients, in the order of the terms: asked for many times."""
+        return np.asarray(self.fit.params)
+
     def predict(self, points: Array) -> Array:
         """Return the response at coded points of shape (n, k)."""
-        return np.asarray(model_matrix(points, self.terms) @ self.fit.params)
+        return np.asarray(model_matrix(points, self.terms) @ self._estimates)
 
     def slopes(self, points: Array) -> Array:
         """Return its derivatives by the coded factors, shape (n, k)."""
-        return np.einsum("ntk,t->nk", model_slopes(points, self.terms), self.fit.params)
+        return np.einsum("ntk,t->nk", model_slopes(points, self.terms), self._estimates)
 
     def standard_error(self, points: Array) -> Array:
         """Return the standard error of the mean response at coded points, shape (n,)."""
         rows = model_matrix(points, self.terms)
         return np.sqrt(np.einsum("ni,ij,nj->n", rows, self.fit.cov_params(), rows))
 
+    @cached_property
+    def _left_out(self) -> Array:
+        """Errors of prediction of every run by all others; NaN where these cannot predict it."""
+        left = 1.0 - self.fit.get_influence().hat_matrix_diag
+        return np.where(left > ALONE, self.fit.resid / np.maximum(left, ALONE), np.nan)
+
     @property
     def press(self) -> float:
-        """Sum of squared errors of prediction, each run left out in turn (Allen 1974)."""
-        leverage = self.fit.get_influence().hat_matrix_diag
-        return float(np.square(self.fit.resid / (1.0 - leverage)).sum())
+        """Sum of squared errors of prediction, each run left out in turn (Allen 1974).
+
+        A run on which a coefficient hangs alone cannot be predicted, and does not count.
+        """
+        return float(np.nansum(np.square(self._left_out)))
 
     @property
     def prediction_error(self) -> float:
         """Root mean square of these errors: what the surface itself may be wrong by."""
-        return math.sqrt(self.press / len(self.values))
+        return math.sqrt(self.press / int(np.isfinite(self._left_out).sum()))
 
     @property
     def quality(self) -> dict[str, float]:
@@ -148,16 +165,22 @@ class Surface:
         """Return one row per run: fitted, residual, leverage, studentised residual, Cook's D.
 
         The residual is externally studentised: divided by its deviation as estimated without that
-        run (Belsley, Kuh and Welsch 1980). Cook (1977).
+        run (Belsley, Kuh and Welsch 1980, eq. 2.26); NaN where there is none. Cook (1977).
         """
         influence = self.fit.get_influence()
+        residual, predicted = self.fit.resid, self._left_out
+        left = 1.0 - influence.hat_matrix_diag
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # what all other runs leave of the variance, from what the leverage says
+            rest = (float(self.fit.ssr) - residual * predicted) / (self.fit.df_resid - 1.0)
+            studentised = residual / np.sqrt(rest * left)
         return pd.DataFrame(
             {
                 "value": self.values,
                 "fitted": self.fit.fittedvalues,
                 "residual": self.fit.resid,
                 "leverage": influence.hat_matrix_diag,
-                "studentised": influence.resid_studentized_external,
+                "studentised": np.where(left > ALONE, studentised, np.nan),
                 "cook": influence.cooks_distance[0],
             }
         )
@@ -256,7 +279,9 @@ def aicc(residual_sum: float, number: int, coefficients: int) -> float:
 def _merge(points: Array, values: Array) -> tuple[Array, Array, int]:
     """Count repeats once if all of them gave equal values, as no experiment does."""
     groups = repeats(points)
-    scale = max(float(np.ptp(values)), EQUAL * float(np.abs(values).max(initial=0.0)))
+    if not len(values):
+        return points, values, 0
+    scale = max(float(np.ptp(values)), EQUAL * float(np.abs(values).max()))
     if any(np.ptp(values[group]) > EQUAL * scale for group in groups):
         return points, values, 0
     first = [group[0] for group in groups]

@@ -119,15 +119,17 @@ def level_figure(found: Calibration, fit: Fit) -> Figure:
                     *natural.T, s=size, color=colour, alpha=0.5, lw=0, label=f"{level:.4g}"
                 )
         best = found.space.natural(fit.optimum.best)
-        axes.scatter(*best, marker="*", s=120, color=VERMILION)
+        axes.computed_zorder = False  # the best point is in the cloud, and is to be seen
+        axes.scatter(*best, marker="*", s=160, color=VERMILION, edgecolor="w", zorder=10)
         low, high = (found.space.natural(s * region.reach * np.ones(3)) for s in (-1.0, 1.0))
         for name, factor, a, b in zip("xyz", found.space.factors, low, high, strict=True):
             getattr(axes, f"set_{name}lim")(a, b)
             getattr(axes, f"set_{name}label")(factor.label, fontsize=8)
         axes.tick_params(labelsize=7)
-        title = f"{response(surface.response).label}:\ntarget, ± s.e."
-        axes.legend(title=title, fontsize=7, title_fontsize=7, markerscale=2.0)
+        title = response(surface.response).label
+        axes.legend(title=title, fontsize=8, title_fontsize=8, markerscale=2.0)
         axes.set_box_aspect(None, zoom=0.85)
+        axes.view_init(elev=15.0, azim=-35.0)
     return figure
 
 
