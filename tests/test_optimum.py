@@ -110,7 +110,7 @@ def test_desirabilities_are_those_of_derringer_and_suich() -> None:
 
 
 def test_the_most_desirable_point_is_that_of_an_exhaustive_search() -> None:
-    # Montgomery's process (2001, example 11-2): yield to be large, viscosity 65
+    # Montgomery's process (2001, chapter 11): yield to be large, viscosity 65
     def yields(x: np.ndarray) -> np.ndarray:
         a, b = x.T
         return 79.94 + 0.995 * a + 0.515 * b - 1.376 * a**2 - 1.001 * b**2 + 0.25 * a * b
