@@ -18,7 +18,8 @@ CAPTIONS = {
     "curves": "Force curves of all runs, and of the optimum.",
     "optimum": "The set of equally good parameters: the share of the other factors' values that "
     "serve, over every two. Star: the point of the set nearest to the centre of the ranges, which "
-    "is as good as any other. Where no point meets the targets, all that miss them about as much.",
+    "is as good as any other. Where no point meets the targets: all that miss them about as "
+    "much.",
     "level": "Where the response is exactly the target, and a standard error beside: any point of "
     "the surface is as good as any other.",
     "profiles": "Profile likelihood: how much chi-squared rises when one parameter is moved and "
