@@ -22,7 +22,7 @@ SQRT2 = np.sqrt(2.0)
 
 @pytest.fixture(scope="module")
 def montgomery() -> Surface:
-    """Montgomery, Design and Analysis of Experiments, 5th ed. (2001), chapter 11, central composite: yield."""
+    """Montgomery, Design and Analysis of Experiments (2001), chapter 11: yield of a process."""
     corners = [[-1, -1], [-1, 1], [1, -1], [1, 1]]
     axes = [[SQRT2, 0], [-SQRT2, 0], [0, SQRT2], [0, -SQRT2]]
     points = np.array(corners + [[0, 0]] * 5 + axes, dtype=float)
