@@ -157,15 +157,15 @@ def test_profiles_of_a_linear_model_are_the_normal_intervals() -> None:
 
 
 def test_one_number_does_not_fix_two_parameters() -> None:
-    misfit = misfit_of([plane(3.0, 4.0)], [0.5], [0.2])
+    misfit = misfit_of([plane(3.0, 4.0)], [0.5], [0.1])
     optimum, used = find_optimum(misfit)
     profiles = [profile(used, factor, optimum.best) for factor in range(2)]
-    # 3 X1 + 4 X2 = 0.5 +- 0.39 within [-1, 1]: X1 may be anything, X2 at most (0.5 + 0.39 + 3) / 4
+    # 3 X1 + 4 X2 = 0.5 +- 0.2 within [-1, 1]: X1 may be anything, X2 at most (0.5 + 0.2 + 3) / 4
     assert [found.verdict for found in profiles] == ["not determined", "determined"]
-    assert profiles[1].high == pytest.approx((0.5 + 1.96 * 0.2 + 3.0) / 4.0, abs=2e-3)
-    assert profiles[1].low == pytest.approx((0.5 - 1.96 * 0.2 - 3.0) / 4.0, abs=2e-3)
+    assert profiles[1].high == pytest.approx((0.5 + 1.96 * 0.1 + 3.0) / 4.0, abs=2e-3)
+    assert profiles[1].low == pytest.approx((0.5 - 1.96 * 0.1 - 3.0) / 4.0, abs=2e-3)
     known = information(used, optimum.best)
-    assert known.eigenvalues == pytest.approx([(5.0 / 0.2) ** 2, 0.0], abs=1e-6)
+    assert known.eigenvalues == pytest.approx([(5.0 / 0.1) ** 2, 0.0], abs=1e-6)
     assert known.directions[0] == pytest.approx([0.6, 0.8])
     assert list(known.determined) == [True, False]
     assert known.errors[1] == np.inf
