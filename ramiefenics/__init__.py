@@ -53,11 +53,13 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
+    from ramiefenics.calibration.calibrate import Calibration, calibrate
     from ramiefenics.calibration.printed_design import read_printed_design
     from ramiefenics.calibration.reconcile import Reconciliation, reconcile
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
     from ramiefenics.reduction import Reduction, reduce_dataset
+    from ramiefenics.results.calibration_folder import write_calibration
     from ramiefenics.results.convergence_folder import write_convergence
     from ramiefenics.results.dataset_folder import write_dataset
     from ramiefenics.results.discovery_folder import write_discovery
@@ -72,6 +74,7 @@ __all__ = [
     "EFFECTS",
     "BendingResult",
     "BendingTest",
+    "Calibration",
     "Closure",
     "ContactMethod",
     "Convergence",
@@ -100,6 +103,7 @@ __all__ = [
     "Stalk",
     "Stepping",
     "TextColumns",
+    "calibrate",
     "check_anova",
     "converge",
     "curve_figure",
@@ -125,6 +129,7 @@ __all__ = [
     "sensitivities",
     "simulate",
     "simulate_explicitly",
+    "write_calibration",
     "write_convergence",
     "write_dataset",
     "write_discovery",
@@ -136,9 +141,11 @@ __all__ = [
 ]
 
 _ON_DEMAND = {
+    "Calibration": "calibration.calibrate",
     "Convergence": "convergence",
     "Discovery": "discovery",
     "Reconciliation": "calibration.reconcile",
+    "calibrate": "calibration.calibrate",
     "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
@@ -149,6 +156,7 @@ _ON_DEMAND = {
     "reduce_dataset": "reduction",
     "Reduction": "reduction",
     "section_figure": "results.figures",
+    "write_calibration": "results.calibration_folder",
     "write_convergence": "results.convergence_folder",
     "write_dataset": "results.dataset_folder",
     "write_discovery": "results.discovery_folder",

@@ -94,7 +94,7 @@ class KeptRuns:
 
     def has(self, test: BendingTest) -> bool:
         """Return whether a test has been simulated; collective."""
-        return bool(self.comm.bcast(self._shelf.path(self._key(test)).exists()))
+        return bool(self.comm.bcast(self._shelf.path(self.key(test)).exists()))
 
     def run(
         self, test: BendingTest, on_step: Callable[[Step[Observables]], None] | None = None
@@ -108,7 +108,7 @@ class KeptRuns:
         KeyboardInterrupt
             If the user has interrupted it; nothing is kept of it.
         """
-        key = self._key(test)
+        key = self.key(test)
         if not self.has(test):
             start = time.process_time()
             result = simulate(test, self.comm, on_step)
@@ -121,7 +121,8 @@ class KeptRuns:
         text = path.read_text(encoding="utf-8") if self.comm.rank == 0 else ""
         return _load(test, self.comm.bcast(text))
 
-    def _key(self, test: BendingTest) -> str:
+    def key(self, test: BendingTest) -> str:
+        """Return the name under which a test is kept, whatever its mesh recipe is called."""
         mesh = dataclasses.replace(test.numerics.mesh, name="")
         numerics = dataclasses.replace(test.numerics, mesh=mesh)
         return key_of([to_dict(dataclasses.replace(test, numerics=numerics)), self.comm.size])

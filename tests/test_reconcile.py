@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 import ramiefenics as rf
-from ramiefenics.calibration.least_squares import Term, fit, model_matrix, model_terms, parse_term
+from ramiefenics.calibration.least_squares import fit
 from ramiefenics.calibration.printed_design import PrintedDesign, Publication, table5
+from ramiefenics.calibration.terms import Term, model_matrix, model_terms, parse_term
 from ramiefenics.cli import main
 from ramiefenics.published import Printed
 from ramiefenics.results.reconcile_report import in_words

@@ -1,1 +1,1 @@
-"""From measured and published experiments to calibrated parameters."""
+"""From designed simulations and measured responses to parameters, and how well they are known."""

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from ramiefenics.calibration.least_squares import model_matrix
 from ramiefenics.calibration.printed_design import PrintedDesign, Publication
+from ramiefenics.calibration.terms import model_matrix
 from ramiefenics.published.rounding import SLACK
 from ramiefenics.specification import SpecificationError
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,59 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from ramiefenics.specification import SpecificationError
-
-Term = tuple[int, ...]
-"""Exponents of the factors; all zero for the constant."""
-
-MODELS = ("linear", "interaction", "quadratic")
-"""Main effects; with products of two factors; with squares too."""
-
-
-def model_terms(number: int, model: str) -> tuple[Term, ...]:
-    """Return the terms of a model of so many factors, the constant first.
-
-    Raises
-    ------
-    SpecificationError
-        If there is no model of that name.
-    """
-    if model not in MODELS:
-        raise SpecificationError("model", model, f"must be one of {', '.join(MODELS)}")
-    single = np.eye(number, dtype=int)
-    terms = [np.zeros(number, dtype=int), *single]
-    if model != "linear":
-        terms += [a + b for a, b in itertools.combinations(single, 2)]
-    if model == "quadratic":
-        terms += [2 * row for row in single]
-    return tuple(tuple(term.tolist()) for term in terms)
-
-
-def term_name(term: Term, names: Sequence[str]) -> str:
-    """Return a term in words, such as ``X1 X3``, ``X2^2`` or ``constant``."""
-    powers = [(name, power) for name, power in zip(names, term, strict=True) if power]
-    return " ".join(n if power == 1 else f"{n}^{power}" for n, power in powers) or "constant"
-
-
-def parse_term(text: str, names: Sequence[str]) -> Term | None:
-    """Return the term that a text such as ``X1X2``, ``X2*X1``, ``X1^2`` names, or None."""
-    short = re.sub(r"[\s*:]", "", text.replace("**", "^"))
-    if short.lower() in ("constant", "intercept"):
-        return (0,) * len(names)
-    bare = [name.replace(" ", "") for name in names]
-    for term in model_terms(len(names), "quadratic")[1:]:
-        factors = [name for name, power in zip(bare, term, strict=True) for _ in range(power)]
-        known = {"".join(factors), "".join(reversed(factors))}
-        if max(term) == 2:
-            known.add(f"{factors[0]}^2")
-        if short in known:
-            return term
-    return None
-
-
-def model_matrix(points: NDArray[np.float64], terms: Sequence[Term]) -> NDArray[np.float64]:
-    """Return the terms at points of shape (n, k), as a matrix of shape (n, number of terms)."""
-    return np.asarray(np.prod(points[:, None, :] ** np.array(terms)[None], axis=2))
+from ramiefenics.calibration.terms import Term, model_matrix, term_name
 
 
 @dataclass(frozen=True)

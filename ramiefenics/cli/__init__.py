@@ -1,4 +1,4 @@
-"""The command line: `ramiefenics bend`, `converge`, `discover`, `reduce`, `verify` and others."""
+"""The command line: `ramiefenics bend`, `calibrate`, `discover`, `reduce`, `verify` and others."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
+from ramiefenics.cli.calibrate import calibrate_command
 from ramiefenics.cli.checks import converge_command, explicit_command, verify_command
 from ramiefenics.cli.common import (
     Assignments,
@@ -36,11 +37,12 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("import")(import_command)
-app.command("reduce")(reduce_command)
-
+app.command("calibrate")(calibrate_command)
 app.command("converge")(converge_command)
 app.command("explicit")(explicit_command)
+app.command("import")(import_command)
+app.command("reconcile")(reconcile_command)
+app.command("reduce")(reduce_command)
 app.command("verify")(verify_command)
 
 
@@ -120,9 +122,6 @@ def discover_command(
     write_discovery(found, folder)
     typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
     typer.echo(f"results in {folder}")
-
-
-app.command("reconcile")(reconcile_command)
 
 
 @app.command()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ramiefenics.specification import BendingTest, SpecificationError, override
-from ramiefenics.specification.files import to_dict
+from ramiefenics.specification.files import value_at
 
 DIRECTIONS = {
     "axial": ("E_Z_MPa", "G_XZ_MPa"),
@@ -65,7 +65,7 @@ def factors(test: BendingTest, names: Sequence[str] = ()) -> tuple[Factor, ...]:
         if layer in layers and direction in DIRECTIONS:
             elastic = f"stalk.layers.{layer}.material.elastic"
             keys = tuple(f"{elastic}.{constant}" for constant in DIRECTIONS[direction])
-            keys = tuple(key for key in keys if _find(test, key) is not None)
+            keys = tuple(key for key in keys if value_at(test, key) is not None)
         for key in keys:
             _number(test, key, name)
         found.append(Factor(name, keys))
@@ -81,17 +81,8 @@ def apply_factors(
     return test
 
 
-def _find(test: BendingTest, key: str) -> object:
-    data = to_dict(test)
-    for part in key.split("."):
-        if isinstance(data, list):
-            data = {entry["name"]: entry for entry in data}
-        data = data.get(part) if isinstance(data, dict) else None
-    return data
-
-
 def _number(test: BendingTest, key: str, name: str) -> float:
-    value = _find(test, key)
+    value = value_at(test, key)
     if not isinstance(value, float):
         allowed = "must be layer.axial, layer.transverse, or the key of a number"
         raise SpecificationError("fit", name, allowed)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import math
 from collections.abc import Mapping, Sequence
@@ -11,6 +10,7 @@ from typing import Any
 
 from ramiefenics.discovery import Discovery
 from ramiefenics.discovery.verdict import Gain
+from ramiefenics.results.html import figure, page, table
 
 CAPTIONS = {
     "residual": "What the fit of the common parameters leaves, before and after. Grey: specimens. "
@@ -18,11 +18,6 @@ CAPTIONS = {
     "suspects": "How much more probable each suspect makes the data, its amplitude fitted.",
     "left_out": "Each specimen predicted from all others.",
 }
-
-STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto;
-padding: 0 1rem; color: #222 } table { border-collapse: collapse } th, td { padding: .2rem .8rem;
-text-align: left; border-bottom: 1px solid #ccc } img { max-width: 100% }
-.lead { font-size: 1.2rem } figure { margin: 1.5rem 0 } figcaption { color: #555 }"""
 
 
 def report(found: Discovery, verdict: Mapping[str, Any], pictures: Sequence[Path]) -> str:
@@ -37,22 +32,17 @@ def report(found: Discovery, verdict: Mapping[str, Any], pictures: Sequence[Path
     pictures
         PNG files, named as in `CAPTIONS`.
     """
-    title = html.escape(found.dataset.layout.title or found.dataset.folder.name)
-    figures = "".join(_figure(picture) for picture in pictures)
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style></head>
-<body><h1>{title}</h1>
-<p class="lead">{html.escape(sentence(found, verdict))}</p>
+    figures = "".join(figure(picture, CAPTIONS[picture.stem]) for picture in pictures)
+    body = f"""<p class="lead">{html.escape(sentence(found, verdict))}</p>
 {figures}
 <h2>Suspects</h2>{_suspects(found)}
-<h2>Fitted common factors</h2>{_table(("factor", "value"), _factor_rows(verdict))}
+<h2>Fitted common factors</h2>{table(("factor", "value"), _factor_rows(verdict))}
 <p>Specimens scatter by {100 * verdict["scatter"]["tau"]:.0f} % in each factor; the noise is
 {100 * verdict["scatter"]["sigma"]:.2g} % of the peak force. {len(verdict["specimens"])} specimens,
 {verdict["range_mm"][0]:g} to {verdict["range_mm"][1]:g} mm, mesh recipe
 {html.escape(verdict["mesh"])}.</p>
-<h2>Made with</h2>{_table(("program", "version"), list(verdict["versions"].items()))}
-</body></html>
-"""
+<h2>Made with</h2>{table(("program", "version"), list(verdict["versions"].items()))}"""
+    return page(found.dataset.layout.title or found.dataset.folder.name, body)
 
 
 def sentence(found: Discovery, verdict: Mapping[str, Any]) -> str:
@@ -96,15 +86,6 @@ def _errors(gain: Gain) -> str:
     )
 
 
-def _figure(picture: Path) -> str:
-    data = base64.b64encode(picture.read_bytes()).decode()
-    caption = CAPTIONS[picture.stem]
-    return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
-
-
 def _suspects(found: Discovery) -> str:
     rows = []
     gains = {name: -1.0 if s.gain is None else s.gain for name, s in found.scores.items()}
@@ -117,16 +98,8 @@ def _suspects(found: Discovery) -> str:
             note = f" ({score.reason})" if score.reason else ""
             text = f"{effect.physics} {effect.reference}."
             rows.append((name, f"{score.gain:.1f}", size + note, text))
-    return _table(("suspect", "log-likelihood gained", "amplitude", "physics"), rows)
+    return table(("suspect", "log-likelihood gained", "amplitude", "physics"), rows)
 
 
 def _factor_rows(verdict: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(name, f"{math.exp(v):.3f}") for name, v in verdict["log_factors"].items()]
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    def line(cells: Sequence[Any], tag: str) -> str:
-        return "".join(f"<{tag}>{html.escape(str(cell))}</{tag}>" for cell in cells)
-
-    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
-    return f"<table><tr>{line(head, 'th')}</tr>{body}</table>"

@@ -12,7 +12,7 @@ from ramiefenics.model.compat import VERSION as DOLFINX_VERSION
 from ramiefenics.solve.result import LOSSES, BendingResult
 from ramiefenics.specification.files import to_dict
 
-PACKAGES = ("petsc4py", "mpi4py", "numpy", "gmsh", "pyvista")
+PACKAGES = ("petsc4py", "mpi4py", "numpy", "scipy", "gmsh", "pyvista", "statsmodels", "emcee")
 
 
 def summarise(result: BendingResult) -> dict[str, Any]:

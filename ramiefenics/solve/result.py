@@ -120,11 +120,19 @@ class BendingResult:
     @property
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
-        before = self.curve.iloc[: self._peak + 1]
-        force, travel = before["force_N"], before["displacement_mm"]
-        low, high = 0.1 * self.max_force_N, 0.4 * self.max_force_N
-        ends = [_crossing(force.tolist(), travel.tolist(), level) for level in (low, high)]
-        return (high - low) / (ends[1] - ends[0]) if ends[1] > ends[0] else float("nan")
+        return secant_slope(self.curve["displacement_mm"], self.curve["force_N"])
+
+
+def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:
+    """Return the secant stiffness between 10 and 40 % of the largest force, N/mm.
+
+    NaN where the curve does not begin below 10 %.
+    """
+    peak = int(force_N.to_numpy().argmax())
+    force, travel = force_N.iloc[: peak + 1].tolist(), displacement_mm.iloc[: peak + 1].tolist()
+    low, high = 0.1 * force[-1], 0.4 * force[-1]
+    ends = [_crossing(force, travel, level) for level in (low, high)]
+    return (high - low) / (ends[1] - ends[0]) if ends[1] > ends[0] else float("nan")
 
 
 def _crossing(force: list[float], travel: list[float], level: float) -> float:

@@ -54,7 +54,8 @@ def simulate(
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     start = time.perf_counter()
-    PETSc.garbage_cleanup()  # on several ranks PETSc frees what Python has dropped only when asked
+    if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
+        PETSc.garbage_cleanup()
     problem = BendingProblem(test, comm, tube)
     observer = Observer(problem)
     camera = Camera(problem, observer)

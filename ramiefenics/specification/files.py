@@ -149,6 +149,16 @@ def to_dict(obj: Any) -> Any:
     return obj
 
 
+def value_at(test: BendingTest, key: str) -> Any:
+    """Return what a test has at a dotted key, layers by name; None if there is nothing."""
+    data = to_dict(test)
+    for part in key.split("."):
+        if isinstance(data, list):
+            data = {entry["name"]: entry for entry in data}
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
+
+
 def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
     """Return the test with single values changed.
 

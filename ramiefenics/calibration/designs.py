@@ -1,0 +1,145 @@
+"""Designs of experiments, in coded units."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import string
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import pyDOE3
+from scipy.stats import qmc
+
+from ramiefenics.calibration.factors import Array, Space
+from ramiefenics.calibration.region import Region, sobol_points
+from ramiefenics.specification import SpecificationError
+
+FULL_CUBE = 4
+"""Factors up to which a central composite design has all corners of the cube; beyond, half of
+them, of resolution V or more, which still tells all interactions of two apart (Box and Hunter
+1961)."""
+
+MOST_FACTORS = 10
+"""Of a central composite design: 532 runs and more."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Points to simulate.
+
+    Attributes
+    ----------
+    kind
+        What it is, in words.
+    coded
+        Points in coded units, shape (n, k).
+    alpha
+        Distance of axial points from the centre; None where there are none.
+    """
+
+    kind: str
+    coded: Array
+    alpha: float | None = None
+
+    @property
+    def region(self) -> Region:
+        """Where it can be interpolated."""
+        return Region.of(self.coded)
+
+    def table(self, space: Space) -> pd.DataFrame:
+        """Return one row per run: coded values by name, then natural ones by name and key."""
+        natural = space.natural(self.coded)
+        table = pd.DataFrame({"run": np.arange(1, len(self.coded) + 1)})
+        for column, name in enumerate(space.names):
+            table[f"{name}_coded"] = self.coded[:, column]
+        for column, name in enumerate(space.names):
+            table[name] = natural[:, column]
+        return table
+
+
+def central_composite(number: int, alpha: str | float = "rotatable", centres: int = 6) -> Design:
+    """Return a central composite design (Box and Wilson 1951).
+
+    Parameters
+    ----------
+    number
+        Of factors, 2 to 10.
+    alpha
+        Distance of the axial points: ``rotatable`` is the fourth root of the number of corners
+        (Box and Hunter 1957), with which the variance of a prediction depends on the distance
+        from the centre only; ``face`` is 1; or a number.
+    centres
+        Repeats of the centre.
+
+    Raises
+    ------
+    SpecificationError
+        If one of these is not usable.
+    """
+    if not 2 <= number <= MOST_FACTORS:
+        allowed = f"must be 2 to {MOST_FACTORS} for a central composite design"
+        raise SpecificationError("factors", number, f"{allowed}; screen the factors first")
+    if centres < 0:
+        raise SpecificationError("centres", centres, "must be 0 or more")
+    words = list(string.ascii_lowercase[:number])
+    if number > FULL_CUBE:
+        words[-1] = "".join(words[:-1])
+    cube = pyDOE3.fracfact(" ".join(words))
+    distance = _axial_distance(alpha, len(cube))
+    axes = [s * distance * row for row, s in itertools.product(np.eye(number), (-1.0, 1.0))]
+    points = np.vstack([cube, axes, np.zeros((centres, number))])
+    return Design("central composite", np.asarray(points, dtype=np.float64), distance)
+
+
+def _axial_distance(alpha: str | float, corners: int) -> float:
+    if alpha == "rotatable":
+        return float(corners**0.25)
+    if alpha == "face":
+        return 1.0
+    if isinstance(alpha, bool) or not isinstance(alpha, (int, float)) or not 0.0 < alpha < math.inf:
+        raise SpecificationError("alpha", alpha, "must be 'rotatable', 'face' or a number above 0")
+    return float(alpha)
+
+
+def plackett_burman(number: int) -> Design:
+    """Return a two-level design for main effects (Plackett and Burman 1946).
+
+    The runs are the next multiple of 4 above the number of factors. All columns are orthogonal;
+    main effects are not told from interactions.
+
+    Raises
+    ------
+    SpecificationError
+        If that number of runs is not among those of 4, 12 or 20 times a power of two.
+    """
+    if number < 1:
+        raise SpecificationError("factors", number, "must be at least 1")
+    try:
+        points = np.asarray(pyDOE3.pbdesign(number), dtype=np.float64)
+    except (AssertionError, ValueError):
+        allowed = "must leave 4, 12 or 20 times a power of two as the next multiple of 4"
+        raise SpecificationError("factors", number, allowed) from None
+    return Design("Plackett-Burman", points)
+
+
+def latin_hypercube(number: int, runs: int, seed: int = 0) -> Design:
+    """Return a Latin hypercube of low discrepancy in [-1, 1] (McKay, Beckman and Conover 1979)."""
+    _check_runs(runs)
+    sampler = qmc.LatinHypercube(number, seed=seed, optimization="random-cd")
+    return Design("Latin hypercube", np.asarray(2.0 * sampler.random(runs) - 1.0))
+
+
+def sobol(number: int, runs: int, seed: int = 0) -> Design:
+    """Return the first points of a scrambled Sobol sequence in [-1, 1] (Sobol 1967; Owen 1998).
+
+    Powers of two are balanced best.
+    """
+    _check_runs(runs)
+    return Design("Sobol", sobol_points(number, runs, seed))
+
+
+def _check_runs(runs: int) -> None:
+    if runs < 2:
+        raise SpecificationError("runs", runs, "must be at least 2")

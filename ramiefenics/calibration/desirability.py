@@ -1,0 +1,88 @@
+"""Desirability: several wishes on responses as one number (Derringer and Suich 1980)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.region import Region
+from ramiefenics.calibration.surface import Surface
+from ramiefenics.specification import SpecificationError
+
+KINDS = ("target", "maximum", "minimum")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A wish on a response.
+
+    Attributes
+    ----------
+    kind
+        ``target``, ``maximum`` or ``minimum``.
+    low, high
+        Between which the response is acceptable. A maximum is worth nothing below `low` and all
+        from `high` on, a minimum the other way round.
+    target
+        Where it is best, for the kind of that name.
+    exponent
+        Above 1 to punish small deviations, below 1 to forgive them: s and t, or r, of the paper.
+    """
+
+    kind: str
+    low: float
+    high: float
+    target: float | None = None
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the kind and the order of the numbers."""
+        if self.kind not in KINDS:
+            raise SpecificationError("goal", self.kind, f"must be one of {', '.join(KINDS)}")
+        if not self.low < self.high:
+            raise SpecificationError("high", self.high, f"must be above low = {self.low:g}")
+        inside = self.target is not None and self.low < self.target < self.high
+        if self.kind == "target" and not inside:
+            raise SpecificationError("target", self.target, "must lie between low and high")
+
+    def desirability(self, value: Array) -> Array:
+        """Return what responses are worth, 0 to 1: Derringer and Suich's equations 4 and 5."""
+        if self.kind == "maximum":
+            share = (value - self.low) / (self.high - self.low)
+        elif self.kind == "minimum":
+            share = (self.high - value) / (self.high - self.low)
+        else:
+            assert self.target is not None  # checked above
+            falling = (self.high - value) / (self.high - self.target)
+            share = np.minimum((value - self.low) / (self.target - self.low), falling)
+        return np.asarray(np.clip(share, 0.0, 1.0) ** self.exponent)
+
+
+def overall(surfaces: Sequence[Surface], goals: Sequence[Goal], points: Array) -> Array:
+    """Return the geometric mean of all desirabilities at coded points of shape (n, k)."""
+    worth = [g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)]
+    return np.asarray(np.prod(worth, axis=0) ** (1.0 / len(worth)))
+
+
+def most_desirable(
+    surfaces: Sequence[Surface], goals: Sequence[Goal], region: Region, seed: int = 0
+) -> tuple[Array, float]:
+    """Return the point of largest overall desirability in a region, coded, and that.
+
+    Differential evolution (Storn and Price 1997), since desirabilities have corners and flats,
+    then a simplex (Nelder and Mead 1965). The desirability is 0 where no point meets all goals.
+    """
+
+    def loss(point: Array) -> float:
+        return -float(overall(surfaces, goals, region.pull_in(point[None]))[0])
+
+    rough = optimize.differential_evolution(
+        loss, region.bounds, seed=seed, init="sobol", popsize=20, tol=1e-8, polish=False
+    )
+    options = {"xatol": 1e-6, "fatol": 1e-10, "maxiter": 2000}
+    found = optimize.minimize(loss, rough.x, method="Nelder-Mead", options=options)
+    return region.pull_in(found.x[None])[0], -float(found.fun)

@@ -1,0 +1,138 @@
+"""What a study varies: numbers of the specification, in natural and in coded units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification.checks import check_number
+from ramiefenics.specification.files import value_at
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number that a study varies.
+
+    Attributes
+    ----------
+    name
+        One word, such as ``X1``.
+    keys
+        Dotted keys of the specification that all get the same value.
+    low, high
+        Least and largest value, in the keys' unit.
+    title
+        What it is, for tables and figures.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    low: float
+    high: float
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        """Check name, keys and range."""
+        if not isinstance(self.name, str) or not self.name.isidentifier():
+            raise SpecificationError("name", self.name, "must be one word, such as X1")
+        if not self.keys or not all(isinstance(key, str) for key in self.keys):
+            raise SpecificationError("keys", list(self.keys), "must name at least one number")
+        check_number(self, "low")
+        check_number(self, "high", above=self.low)
+
+    @property
+    def label(self) -> str:
+        """Name and title."""
+        return f"{self.name}: {self.title}" if self.title else self.name
+
+    def apply(self, test: BendingTest, value: float) -> BendingTest:
+        """Return the specification with this value, in natural units."""
+        return override(test, [f"{key}={float(value)!r}" for key in self.keys])
+
+    def baseline(self, test: BendingTest) -> float:
+        """Return what a specification has for it, the mean of several keys.
+
+        Raises
+        ------
+        SpecificationError
+            If a key names no number.
+        """
+        values = []
+        for key in self.keys:
+            value = value_at(test, key)
+            if not isinstance(value, float):
+                raise SpecificationError("keys", key, "must be the key of a number")
+            values.append(value)
+        return float(np.mean(values))
+
+
+@dataclass(frozen=True)
+class Space:
+    """Factors, and the coding that makes them comparable.
+
+    Attributes
+    ----------
+    factors
+        What is varied.
+    coded_high
+        Coded value of every factor's `high`; its `low` is minus that, the middle 0. With 1 the
+        range is coded to [-1, 1]; with a design's axial distance alpha, no run leaves the range.
+    """
+
+    factors: tuple[Factor, ...]
+    coded_high: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check that names differ and no key is set twice."""
+        names = [factor.name for factor in self.factors]
+        keys = [key for factor in self.factors for key in factor.keys]
+        for what, several in (("name", names), ("keys", keys)):
+            for word in several:
+                if several.count(word) > 1:
+                    raise SpecificationError(f"factors.{what}", word, "must not occur twice")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors."""
+        return tuple(factor.name for factor in self.factors)
+
+    @property
+    def _middle_and_unit(self) -> tuple[Array, Array]:
+        low = np.array([factor.low for factor in self.factors])
+        high = np.array([factor.high for factor in self.factors])
+        return (low + high) / 2.0, (high - low) / (2.0 * self.coded_high)
+
+    def natural(self, coded: Array) -> Array:
+        """Return points in natural units, the last axis that of the factors."""
+        middle, unit = self._middle_and_unit
+        return middle + unit * np.asarray(coded)
+
+    def coded(self, natural: Array) -> Array:
+        """Return points in coded units, the last axis that of the factors."""
+        middle, unit = self._middle_and_unit
+        return np.asarray((np.asarray(natural) - middle) / unit)
+
+    def tests(self, baseline: BendingTest, coded: Array) -> list[BendingTest]:
+        """Return the specification of every point, coded, of shape (n, k).
+
+        Raises
+        ------
+        SpecificationError
+            If the specification refuses a value; the message names the factor.
+        """
+        return [self._test(baseline, row) for row in self.natural(coded)]
+
+    def _test(self, test: BendingTest, values: Sequence[float]) -> BendingTest:
+        for factor, value in zip(self.factors, values, strict=True):
+            # to ten digits, so that points differ by more than rounding or not at all
+            try:
+                test = factor.apply(test, float(f"{value:.10g}"))
+            except SpecificationError as error:
+                raise error.inside(f"factors.{factor.name}: ") from error
+        return test

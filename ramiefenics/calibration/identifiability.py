@@ -1,0 +1,202 @@
+"""Which parameters the data fix: profile likelihood, and the information's directions.
+
+The likelihood is that of normal errors, ``exp(-chi2 / 2)``, over the response surfaces and within
+the region of the design. A parameter's profile is the least chi-squared over all others (Venzon
+and Moolgavkar 1988); where it does not rise above the quantile on both sides, the data do not
+fix the parameter in practice (Raue et al. 2009).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from ramiefenics.calibration.factors import Array, Space
+from ramiefenics.calibration.misfit import Misfit
+
+LEVEL = 0.95
+RISE = float(stats.chi2.ppf(LEVEL, 1))
+"""Of chi-squared at the ends of an interval of one parameter, 3.84 (Wilks 1938)."""
+
+GRID = 41
+"""Values of a profile."""
+
+ROUNDING = 1e-12
+"""Of the largest eigenvalue, below which another is none."""
+
+NEGLIGIBLE = 0.02
+"""Share of a range: an end of an interval that cuts off less is none."""
+
+DETERMINED, ABOVE, BELOW, OPEN = "determined", "bounded below", "bounded above", "not determined"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """How the misfit rises with one parameter, all others adjusted.
+
+    Attributes
+    ----------
+    at
+        Values of the parameter, coded, over the whole region.
+    rise
+        Of chi-squared above its least value.
+    low, high
+        Ends of the 95 % interval, coded; None where the region ends before.
+    """
+
+    at: Array
+    rise: Array
+    low: float | None
+    high: float | None
+
+    @property
+    def verdict(self) -> str:
+        """Return ``determined``, ``bounded below``, ``bounded above`` or ``not determined``."""
+        if self.low is None:
+            return OPEN if self.high is None else BELOW
+        return ABOVE if self.high is None else DETERMINED
+
+    @property
+    def share(self) -> float:
+        """Share of the range that is left, by the interval's ends."""
+        low = self.at[0] if self.low is None else self.low
+        high = self.at[-1] if self.high is None else self.high
+        return float((high - low) / (self.at[-1] - self.at[0]))
+
+
+@dataclass(frozen=True)
+class Information:
+    """Fisher's information at the optimum, in coded units.
+
+    Attributes
+    ----------
+    eigenvalues
+        Descending, shape (k,).
+    directions
+        Unit vectors, one per row, shape (k, k); the largest entry is positive.
+    half_range
+        How far a direction can be followed within the region.
+    """
+
+    eigenvalues: Array
+    directions: Array
+    half_range: float
+
+    @property
+    def errors(self) -> Array:
+        """Standard error along every direction, coded; infinite where nothing is known."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(1.0 / np.sqrt(self.eigenvalues))
+
+    @property
+    def determined(self) -> NDArray[np.bool_]:
+        """Whether the 95 % interval along a direction is within the region."""
+        return np.asarray(math.sqrt(RISE) * self.errors < self.half_range)
+
+
+def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
+    """Return the profile of one factor, by number.
+
+    Parameters
+    ----------
+    misfit
+        What is profiled.
+    factor
+        Which.
+    best
+        A point of least misfit, coded, shape (k,): it is one of the profile's.
+    """
+    reach = misfit.region.reach
+    at = np.unique(np.append(np.linspace(-reach, reach, GRID), best[factor]))
+    least = np.array([misfit.least((factor, value))[1] for value in at])
+    rise = least - min(least.min(), float(misfit.of(best[None])[0]))
+    inside = np.flatnonzero(rise <= RISE)
+    first, last = int(inside[0]), int(inside[-1])
+    low = None if first == 0 else _crossing(at, rise, first, first - 1)
+    high = None if last == len(at) - 1 else _crossing(at, rise, last, last + 1)
+    least_cut = NEGLIGIBLE * (at[-1] - at[0])
+    return Profile(
+        at,
+        rise,
+        None if low is None or low - at[0] < least_cut else low,
+        None if high is None or at[-1] - high < least_cut else high,
+    )
+
+
+def _crossing(at: Array, rise: Array, inside: int, outside: int) -> float:
+    """Return where the rise reaches its limit; its root is nearly linear between neighbours."""
+    near, far = math.sqrt(max(rise[inside], 0.0)), math.sqrt(rise[outside])
+    share = (math.sqrt(RISE) - near) / (far - near)
+    return float(at[inside] + share * (at[outside] - at[inside]))
+
+
+def information(misfit: Misfit, best: Array) -> Information:
+    """Return Fisher's information ``J^T J`` of the whitened responses at a point, coded."""
+    jacobian = misfit.jacobian(best)
+    values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
+    directions = vectors.T[::-1]
+    largest = directions[np.arange(len(directions)), np.abs(directions).argmax(axis=1)]
+    values = np.where(values < ROUNDING * values[-1], 0.0, values)
+    return Information(
+        values[::-1],
+        directions * np.sign(largest)[:, None],
+        misfit.region.reach,
+    )
+
+
+def in_words(
+    space: Space,
+    profiles: Sequence[Profile],
+    found: Information,
+) -> list[str]:
+    """Return what the data fix, one plain sentence per finding."""
+    told = []
+    for number, (factor, found_profile) in enumerate(zip(space.factors, profiles, strict=True)):
+        told.append(_sentence(space, number, factor.name, found_profile))
+    determined = int(found.determined.sum())
+    words = [_direction(space, row) for row in found.directions[:determined]]
+    if not determined:
+        told.append("Not even a combination of the parameters is determined.")
+    elif determined < len(profiles):
+        one = "One combination" if determined == 1 else f"{determined} combinations"
+        verb = "is" if determined == 1 else "are"
+        told.append(
+            f"{one} of the {len(profiles)} parameters {verb} determined around the optimum: "
+            f"{'; '.join(words)} (coded)."
+        )
+    return told
+
+
+def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
+    def natural(coded: float) -> str:
+        point = np.zeros(len(space.factors))
+        point[number] = coded
+        return f"{space.natural(point)[number]:.3g}"
+
+    ends = [found.at[0] if found.low is None else found.low]
+    ends.append(found.at[-1] if found.high is None else found.high)
+    low, high = natural(ends[0]), natural(ends[1])
+    if found.verdict == OPEN:
+        return (
+            f"{name} is not determined by these data: with the others adjusted, values from {low} "
+            f"to {high}, the ends of its range, serve as well within the errors."
+        )
+    if found.verdict == DETERMINED:
+        left = f"{100.0 * found.share:.0f} % of its range"
+        return f"{name} is determined: {low} to {high} (95 %), which is {left}."
+    side = f"at least {low}" if found.verdict == ABOVE else f"at most {high}"
+    return f"{name} is bounded on one side only: {side} (95 %); its range ends before the other."
+
+
+def _direction(space: Space, row: Array) -> str:
+    parts = [
+        f"{value:+.2f} {name}"
+        for value, name in zip(row, space.names, strict=True)
+        if abs(value) >= 0.05
+    ]
+    return " ".join(parts).removeprefix("+")

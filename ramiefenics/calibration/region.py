@@ -1,0 +1,88 @@
+"""The region of a design, in which its response surface may be trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from ramiefenics.calibration.factors import Array
+
+TOLERANCE = 1e-9
+"""Of coded distances, by which a point may lie outside."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A box cut by a ball, in coded units, around 0.
+
+    Attributes
+    ----------
+    dimension
+        Number of factors.
+    reach
+        Half the width of the box: the largest coded value that a design has.
+    radius
+        Of the ball: the largest distance from the centre that a design has.
+    """
+
+    dimension: int
+    reach: float
+    radius: float
+
+    @classmethod
+    def of(cls, points: Array) -> Region:
+        """Return the region of a design, coded, of shape (n, k)."""
+        distances = np.linalg.norm(points, axis=1)
+        return cls(points.shape[1], float(np.abs(points).max()), float(distances.max()))
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Of the box, per factor."""
+        return [(-self.reach, self.reach)] * self.dimension
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether points, of shape (..., k), lie in the region."""
+        inside = np.abs(points).max(axis=-1) <= self.reach + TOLERANCE
+        near = np.linalg.norm(points, axis=-1) <= self.radius + TOLERANCE
+        return np.asarray(inside & near)
+
+    @property
+    def is_box(self) -> bool:
+        """Whether the ball cuts nothing off."""
+        return self.radius >= self.reach * math.sqrt(self.dimension) - TOLERANCE
+
+    def slice(self, value: float) -> Region:
+        """Return the region of the other factors where one has this value."""
+        left = math.sqrt(max(self.radius**2 - value**2, 0.0))
+        return Region(self.dimension - 1, min(self.reach, left), left)
+
+    def sample(self, number: int, seed: int = 0) -> Array:
+        """Return about so many points that fill the region evenly (Sobol 1967, scrambled).
+
+        The region's share of the box decides how many exactly; at least one.
+        """
+        trial = self._box(256, seed)
+        share = max(float(self.contains(trial).mean()), 1.0 / 256.0)
+        points = self._box(math.ceil(number / share), seed)
+        inside = points[self.contains(points)]
+        return inside if len(inside) else np.zeros((1, self.dimension))
+
+    def _box(self, number: int, seed: int) -> Array:
+        return sobol_points(self.dimension, number, seed) * self.reach
+
+    def pull_in(self, points: Array) -> Array:
+        """Return points, of shape (n, k), moved into the region where they lie outside."""
+        points = np.clip(points, -self.reach, self.reach)
+        distances = np.linalg.norm(points, axis=-1, keepdims=True)
+        return np.asarray(points * np.minimum(1.0, self.radius / np.maximum(distances, 1e-300)))
+
+
+def sobol_points(dimension: int, number: int, seed: int) -> Array:
+    """Return points of a scrambled Sobol sequence in [-1, 1], of shape (number, dimension)."""
+    sampler = qmc.Sobol(dimension, seed=seed)
+    points = sampler.random_base2(max(0, math.ceil(math.log2(number))))[:number]
+    return np.asarray(2.0 * points - 1.0)

@@ -1,0 +1,127 @@
+"""Numbers that sum up a force curve, measured or simulated, by name."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from scipy.integrate import trapezoid
+
+from ramiefenics.solve.result import BendingResult, secant_slope
+from ramiefenics.specification import SpecificationError
+
+Curve = pd.DataFrame
+"""With ``displacement_mm``, ascending, as the machine records it, and ``force_N``."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """A number that a curve has.
+
+    Attributes
+    ----------
+    name
+        With its unit, such as ``max_force_N``.
+    title, unit
+        For tables and figures.
+    of
+        From a curve to the number; NaN where the curve does not say.
+    needs_peak
+        Whether a curve that ends early, still rising, leaves it unknown.
+    """
+
+    name: str
+    title: str
+    unit: str
+    of: Callable[[Curve], float]
+    needs_peak: bool = False
+
+    @property
+    def label(self) -> str:
+        """Title with unit, as on an axis."""
+        return f"{self.title[0].upper()}{self.title[1:]} ({self.unit})"
+
+    def of_result(self, result: BendingResult) -> float:
+        """Return the number of a simulation; NaN if it ended before that was known."""
+        if self.needs_peak and not (result.completed or result.has_force_maximum):
+            return math.nan
+        curve = result.curve[["recorded_displacement_mm", "force_N"]]
+        return self.of(curve.rename(columns={"recorded_displacement_mm": "displacement_mm"}))
+
+
+def response(name: str) -> Response:
+    """Return the response of that name.
+
+    Parameters
+    ----------
+    name
+        ``max_force_N``, ``displacement_at_max_mm``, ``slope_N_per_mm`` (secant between 10 and
+        40 % of the largest force), ``force_4mm_N`` or the like at another displacement, and
+        ``energy_4mm_Nmm``, the work up to there.
+
+    Raises
+    ------
+    SpecificationError
+        If there is none of that name.
+    """
+    if name in CURVE:
+        return CURVE[name]
+    match = re.fullmatch(r"(force|energy)_(\d+(?:\.\d+)?)mm_(N|Nmm)", name)
+    if match is not None and match[3] == {"force": "N", "energy": "Nmm"}[match[1]]:
+        at, words = float(match[2]), {"force": "force at", "energy": "energy up to"}[match[1]]
+        unit = "N" if match[1] == "force" else "N mm"
+        return Response(name, f"{words} {at:g} mm", unit, partial(AT[match[1]], at_mm=at))
+    known = ", ".join(CURVE)
+    allowed = f"must be one of {known}, force_4mm_N, energy_4mm_Nmm or the like"
+    raise SpecificationError("response", name, allowed)
+
+
+def _max_force(curve: Curve) -> float:
+    return float(curve["force_N"].max())
+
+
+def _displacement_at_max(curve: Curve) -> float:
+    return float(curve["displacement_mm"].iloc[int(curve["force_N"].to_numpy().argmax())])
+
+
+def _slope(curve: Curve) -> float:
+    return secant_slope(curve["displacement_mm"], curve["force_N"])
+
+
+def _force(curve: Curve, at_mm: float) -> float:
+    """Return the force at a displacement, linearly interpolated."""
+    return float(
+        np.interp(at_mm, curve["displacement_mm"], curve["force_N"], left=math.nan, right=math.nan)
+    )
+
+
+def _energy(curve: Curve, at_mm: float) -> float:
+    """Return the work done up to a displacement, by the trapezoidal rule."""
+    x, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    before = x < at_mm
+    ends = np.append(x[before], at_mm), np.append(force[before], _force(curve, at_mm))
+    return float(trapezoid(ends[1], ends[0]))
+
+
+AT: dict[str, Callable[..., float]] = {"force": _force, "energy": _energy}
+
+CURVE = {
+    found.name: found
+    for found in (
+        Response("max_force_N", "maximum force", "N", _max_force, needs_peak=True),
+        Response(
+            "displacement_at_max_mm",
+            "displacement at maximum force",
+            "mm",
+            _displacement_at_max,
+            needs_peak=True,
+        ),
+        Response("slope_N_per_mm", "slope", "N/mm", _slope, needs_peak=True),
+    )
+}
+"""Responses of the whole curve."""

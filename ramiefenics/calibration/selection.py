@@ -1,0 +1,96 @@
+"""Which terms a response surface keeps, by a stated rule."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.surface import Surface, fit_surface
+from ramiefenics.calibration.terms import Term, contains, model_terms
+from ramiefenics.specification import SpecificationError
+
+RULES = {
+    "p": "hierarchical backward elimination: the term of largest p goes as long as p is above "
+    "0.05, and no term goes while a product or square that contains it stays",
+    "aicc": "hierarchical backward elimination: the term goes whose loss lowers AICc most, and no "
+    "term goes while a product or square that contains it stays",
+    "none": "all terms of the model",
+}
+"""In words. Backward elimination: Myers, Montgomery and Anderson-Cook (2016), section 2.8; that
+models keep their hierarchy: Peixoto (1990); AICc: Hurvich and Tsai (1989)."""
+
+LEVEL = 0.05
+"""Of p, above which a term may go."""
+
+
+def select_surface(
+    response: str,
+    names: Sequence[str],
+    points: Array,
+    values: Array,
+    model: str = "quadratic",
+    rule: str = "p",
+) -> Surface:
+    """Fit a model, and drop the terms that a rule finds superfluous.
+
+    Parameters
+    ----------
+    response, names
+        Of response and factors.
+    points, values
+        Coded, of shape (n, k); n responses, NaN where a run has none.
+    model
+        To start from, one of `MODELS`.
+    rule
+        One of `RULES`.
+
+    Raises
+    ------
+    SpecificationError
+        If the runs cannot tell the model's terms apart.
+    """
+    if rule not in RULES:
+        raise SpecificationError("selection", rule, f"must be one of {', '.join(RULES)}")
+    terms = model_terms(len(names), model)
+    surface = fit_surface(response, names, terms, points, values)
+    while rule != "none":
+        candidate = _least(surface) if rule == "p" else _worst(surface)
+        if candidate is None:
+            break
+        surface = _without(surface, candidate)
+    return surface
+
+
+def removable(terms: Sequence[Term]) -> list[Term]:
+    """Return the terms without which the model keeps its hierarchy; never the constant."""
+    return [
+        term for term in terms if any(term) and not any(contains(other, term) for other in terms)
+    ]
+
+
+def _least(surface: Surface) -> Term | None:
+    """Return the term of largest p, if that is above the level."""
+    p_values = dict(zip(surface.terms, surface.fit.pvalues, strict=True))
+    free = removable(surface.terms)
+    term = max(free, key=lambda t: p_values[t], default=None)
+    return term if term is not None and p_values[term] > LEVEL else None
+
+
+def _worst(surface: Surface) -> Term | None:
+    """Return the term whose loss lowers AICc most, if one does."""
+    smaller = {term: _without(surface, term) for term in removable(surface.terms)}
+    term = min(smaller, key=lambda t: _criterion(smaller[t]), default=None)
+    better = term is not None and _criterion(smaller[term]) < _criterion(surface)
+    return term if better else None
+
+
+def _criterion(surface: Surface) -> tuple[float, float]:
+    """Return AICc, and where that is infinite what the fit leaves."""
+    return surface.quality["AICc"], float(surface.fit.ssr)
+
+
+def _without(surface: Surface, term: Term) -> Surface:
+    kept = tuple(other for other in surface.terms if other != term)
+    return Surface(
+        surface.response, surface.names, kept, surface.points, surface.values, surface.merged
+    )

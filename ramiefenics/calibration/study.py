@@ -1,0 +1,258 @@
+"""What a study is: baseline, factors, design, responses and targets, as a TOML file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ramiefenics.calibration.designs import (
+    Design,
+    central_composite,
+    latin_hypercube,
+    plackett_burman,
+    sobol,
+)
+from ramiefenics.calibration.factors import Array, Factor, Space
+from ramiefenics.calibration.misfit import Targets
+from ramiefenics.calibration.responses import response
+from ramiefenics.calibration.selection import RULES
+from ramiefenics.calibration.terms import MODELS
+from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.specification import (
+    BendingTest,
+    SpecificationError,
+    override,
+    published_test,
+    read_test,
+)
+from ramiefenics.specification.checks import check_choice, check_integer, check_number
+from ramiefenics.specification.files import from_dict, read_toml
+
+STUDIES = Path(__file__).resolve().parent / "studies"
+"""Files of the studies that can be named."""
+
+KINDS = ("central_composite", "plackett_burman", "latin_hypercube", "sobol")
+
+
+@dataclass(frozen=True)
+class DesignChoice:
+    """Which design.
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`.
+    alpha, centres
+        Of a central composite design, see `central_composite`.
+    ends
+        Of a central composite design: what `low` and `high` of the factors are, the ``axial``
+        points, so that no run goes beyond, or the corners of the ``cube``.
+    runs, seed
+        Of a Latin hypercube or a Sobol sequence.
+    """
+
+    kind: str = "central_composite"
+    alpha: str | float = "rotatable"
+    centres: int = 6
+    ends: str = "axial"
+    runs: int = 20
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check choices and numbers."""
+        check_choice(self, "kind", KINDS)
+        check_choice(self, "ends", ("axial", "cube"))
+        check_integer(self, "centres", 0)
+        check_integer(self, "runs", 2)
+        check_integer(self, "seed", 0)
+
+    def make(self, number: int) -> Design:
+        """Return the design for so many factors."""
+        if self.kind == "central_composite":
+            return central_composite(number, self.alpha, self.centres)
+        if self.kind == "plackett_burman":
+            return plackett_burman(number)
+        random: Callable[..., Design] = sobol if self.kind == "sobol" else latin_hypercube
+        return random(number, self.runs, self.seed)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A response, and what was measured of it, if anything.
+
+    Attributes
+    ----------
+    name
+        As `response` knows it.
+    target, error
+        Measured value and its standard error.
+    dataset
+        In their place, a folder of measured data beside the study: the mean of its specimens and
+        the standard error of that mean.
+    """
+
+    name: str
+    target: float | None = None
+    error: float | None = None
+    dataset: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check that the response exists, and that a target has an error."""
+        response(self.name)
+        if self.target is not None and self.dataset is not None:
+            raise SpecificationError("dataset", self.dataset, "must be left out beside a target")
+        if (self.target is None) != (self.error is None):
+            raise SpecificationError("error", self.error, "must be given with a target, only then")
+        if self.target is not None:
+            check_number(self, "target")
+            check_number(self, "error", above=0.0)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A designed study of the simulator, and a calibration where something was measured.
+
+    Attributes
+    ----------
+    baseline
+        A published test, or a specification beside the study.
+    factors
+        What is varied.
+    responses
+        What is read off the curves.
+    title
+        One line.
+    changes
+        Of the baseline, each ``key=value``.
+    mesh
+        Recipe of the simulations, by name; the baseline's own by default.
+    design
+        Which runs.
+    model
+        Of the surfaces, one of `MODELS`; by default linear for a Plackett-Burman design, else
+        quadratic.
+    selection
+        Which of its terms are kept, one of `RULES`.
+    folder
+        What paths are relative to.
+    """
+
+    baseline: str
+    factors: tuple[Factor, ...]
+    responses: tuple[Wanted, ...]
+    title: str = ""
+    changes: tuple[str, ...] = ()
+    mesh: str | None = None
+    design: DesignChoice = field(default_factory=DesignChoice)
+    model: str | None = None
+    selection: str = "p"
+    folder: str = "."
+
+    def __post_init__(self) -> None:
+        """Check choices, and that there is something to vary and to look at."""
+        for name in ("factors", "responses"):
+            if not getattr(self, name):
+                raise SpecificationError(name, [], "must have at least one entry")
+        if self.model is not None:
+            check_choice(self, "model", MODELS)
+        check_choice(self, "selection", tuple(RULES))
+        names = [wanted.name for wanted in self.responses]
+        for name in names:
+            if names.count(name) > 1:
+                raise SpecificationError("responses", name, "must not occur twice")
+        self.space(self.plan())
+
+    def plan(self) -> Design:
+        """Return the design."""
+        return self.design.make(len(self.factors))
+
+    def space(self, design: Design) -> Space:
+        """Return the factors with their coding."""
+        inside = self.design.ends == "axial" and design.alpha is not None
+        return Space(self.factors, design.region.reach if inside else 1.0)
+
+    @property
+    def polynomial(self) -> str:
+        """Model of the surfaces."""
+        screening = self.design.kind == "plackett_burman"
+        return self.model or ("linear" if screening else "quadratic")
+
+    def test(self) -> BendingTest:
+        """Return the baseline, with its changes and the study's mesh."""
+        named = not self.baseline.endswith(".toml")
+        path = Path(self.folder) / self.baseline
+        test = published_test(self.baseline) if named else read_test(path)
+        mesh = [] if self.mesh is None else [f"numerics.mesh={self.mesh}"]
+        return override(test, [*mesh, *self.changes])
+
+    def targets(self) -> Targets | None:
+        """Return what was measured; None if nothing was.
+
+        Responses of one data set share their specimens: their errors' covariance is that of the
+        specimens, over their number. Others are independent.
+
+        Raises
+        ------
+        SpecificationError
+            If a data set cannot be read, has too few specimens, or does not show a response.
+        """
+        measured = [w for w in self.responses if w.target is not None or w.dataset is not None]
+        if not measured:
+            return None
+        values, covariance = np.empty(len(measured)), np.zeros((len(measured),) * 2)
+        folders = {wanted.dataset for wanted in measured if wanted.dataset is not None}
+        for folder in sorted(folders):
+            rows = [i for i, wanted in enumerate(measured) if wanted.dataset == folder]
+            seen = _observed(read_dataset(Path(self.folder) / folder), [measured[i] for i in rows])
+            values[rows] = seen.mean(axis=0)
+            covariance[np.ix_(rows, rows)] = np.atleast_2d(np.cov(seen.T)) / len(seen)
+        for i, wanted in enumerate(measured):
+            if wanted.target is not None and wanted.error is not None:
+                values[i], covariance[i, i] = wanted.target, wanted.error**2
+        return Targets(tuple(wanted.name for wanted in measured), values, covariance)
+
+
+def _observed(dataset: Dataset, wanted: list[Wanted]) -> Array:
+    """Return the responses of all specimens, shape (specimens, responses)."""
+    number = len(dataset.specimens)
+    if number <= len(wanted):
+        allowed = f"must be more than the {len(wanted)} responses read off them, for an error"
+        raise SpecificationError(f"specimens in {dataset.folder}", number, allowed)
+    seen = np.empty((number, len(wanted)))
+    for column, entry in enumerate(wanted):
+        found = response(entry.name)
+        for row, specimen in enumerate(dataset.specimens):
+            seen[row, column] = found.of(specimen.curve)
+            if not np.isfinite(seen[row, column]):
+                allowed = f"must be a response that the curve of {specimen.name} shows"
+                raise SpecificationError("responses", entry.name, allowed)
+    return seen
+
+
+def read_study(study: str | Path) -> Study:
+    """Read a study.
+
+    Parameters
+    ----------
+    study
+        A TOML file, or the name of one that comes with the code: ``table4``, the published one.
+
+    Raises
+    ------
+    SpecificationError
+        If the file cannot be read, or states something that cannot be.
+    """
+    path = Path(study)
+    if path.suffix != ".toml":
+        names = sorted(found.stem for found in STUDIES.glob("*.toml"))
+        if str(study) not in names:
+            allowed = f"must be a TOML file or one of {', '.join(names)}"
+            raise SpecificationError("study", str(study), allowed)
+        path = STUDIES / f"{study}.toml"
+    data = read_toml(path)
+    if "folder" in data:
+        raise SpecificationError("folder", data["folder"], "is set by where the study lies")
+    return from_dict(Study, {**data, "folder": str(path.parent)})

@@ -1,0 +1,306 @@
+"""Response surfaces: polynomials fitted to designed runs, with analysis of variance.
+
+Least squares, t and F statistics are statsmodels'. Terms are tested by what they add to all
+others (partial sums of squares, type III), in coded units.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import statsmodels.api as sm
+from scipy import stats
+
+from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.terms import Term, model_matrix, model_slopes, term_name
+from ramiefenics.specification import SpecificationError
+
+SAME = 9
+"""Decimals of coded units to which points are the same."""
+
+EQUAL = 1e-9
+"""Of the range of a response, within which repeats give the same number: no experiment does."""
+
+
+ALONE = 1e-8
+"""What is left of 1 by the leverage of a run without which some coefficient is unknown."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A polynomial that stands for a response.
+
+    Attributes
+    ----------
+    response
+        Name of the response.
+    names
+        Of the factors.
+    terms
+        Of the polynomial, the constant first.
+    points, values
+        What it was fitted to: coded points of shape (n, k), and the response there. Repeats that
+        gave equal values count once.
+    merged
+        How many equal repeats were left out.
+    """
+
+    response: str
+    names: tuple[str, ...]
+    terms: tuple[Term, ...]
+    points: Array
+    values: Array
+    merged: int = 0
+
+    @cached_property
+    def fit(self) -> Any:
+        """Result of statsmodels' OLS."""
+        return sm.OLS(self.values, model_matrix(self.points, self.terms)).fit()
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the terms."""
+        return [term_name(term, self.names) for term in self.terms]
+
+    @cached_property
+    def _estimates(self) -> Array:
+        """Coefficients, in the order of the terms: asked for many times."""
+        return np.asarray(self.fit.params)
+
+    def predict(self, points: Array) -> Array:
+        """Return the response at coded points of shape (n, k)."""
+        return np.asarray(model_matrix(points, self.terms) @ self._estimates)
+
+    def slopes(self, points: Array) -> Array:
+        """Return its derivatives by the coded factors, shape (n, k)."""
+        return np.einsum("ntk,t->nk", model_slopes(points, self.terms), self._estimates)
+
+    def standard_error(self, points: Array) -> Array:
+        """Return the standard error of the mean response at coded points, shape (n,)."""
+        rows = model_matrix(points, self.terms)
+        return np.sqrt(np.einsum("ni,ij,nj->n", rows, self.fit.cov_params(), rows))
+
+    @cached_property
+    def _left_out(self) -> Array:
+        """Errors of prediction of every run by all others; NaN where these cannot predict it."""
+        left = 1.0 - self.fit.get_influence().hat_matrix_diag
+        return np.where(left > ALONE, self.fit.resid / np.maximum(left, ALONE), np.nan)
+
+    @property
+    def press(self) -> float:
+        """Sum of squared errors of prediction, each run left out in turn (Allen 1974).
+
+        A run on which a coefficient hangs alone cannot be predicted, and does not count.
+        """
+        return float(np.nansum(np.square(self._left_out)))
+
+    @property
+    def prediction_error(self) -> float:
+        """Root mean square of these errors: what the surface itself may be wrong by."""
+        return math.sqrt(self.press / int(np.isfinite(self._left_out).sum()))
+
+    @property
+    def quality(self) -> dict[str, float]:
+        """R2, adjusted and predicted (``1 - PRESS / total``), PRESS, residual deviation, AICc."""
+        total = float(self.fit.centered_tss)
+        return {
+            "R2": float(self.fit.rsquared),
+            "R2_adjusted": float(self.fit.rsquared_adj),
+            "R2_predicted": 1.0 - self.press / total if total > 0.0 else math.nan,
+            "PRESS": self.press,
+            "residual_deviation": math.sqrt(self.fit.mse_resid),
+            "AICc": aicc(float(self.fit.ssr), len(self.values), len(self.terms)),
+        }
+
+    def coefficients(self) -> pd.DataFrame:
+        """Return one row per term, in coded units: estimate, error, t, p, 95 % interval."""
+        low, high = self.fit.conf_int().T
+        return pd.DataFrame(
+            {
+                "term": self.labels,
+                "estimate": self.fit.params,
+                "standard_error": self.fit.bse,
+                "t": self.fit.tvalues,
+                "p": self.fit.pvalues,
+                "low": low,
+                "high": high,
+            }
+        )
+
+    def anova(self) -> pd.DataFrame:
+        """Return the analysis of variance, with lack of fit against pure error.
+
+        Columns ``source``, ``sum_of_squares``, ``df``, ``mean_square``, ``F``, ``p``. Without
+        repeats that differ there is no pure error, and its F and p are NaN.
+        """
+        fit, mean_square = self.fit, float(self.fit.mse_resid)
+        parts = np.square(fit.tvalues[1:]) * mean_square  # of one coefficient each
+        within, within_df = self._pure_error()
+        rows = [("model", float(fit.ess), int(fit.df_model), mean_square, int(fit.df_resid))]
+        rows += [
+            (name, float(part), 1, mean_square, int(fit.df_resid))
+            for name, part in zip(self.labels[1:], parts, strict=True)
+        ]
+        rows.append(("residual", float(fit.ssr), int(fit.df_resid), math.nan, 0))
+        lack_df = int(fit.df_resid) - within_df
+        error = within / within_df if within_df else math.nan
+        rows.append(("lack of fit", float(fit.ssr) - within, lack_df, error, within_df))
+        rows.append(("pure error", within, within_df, math.nan, 0))
+        rows.append(("total", float(fit.centered_tss), len(self.values) - 1, math.nan, 0))
+        return pd.DataFrame([_anova_row(*row) for row in rows])
+
+    def _pure_error(self) -> tuple[float, int]:
+        """Return sum of squares and degrees of freedom within repeats."""
+        groups = repeats(self.points)
+        within = [float(np.square(v - v.mean()).sum()) for v in (self.values[g] for g in groups)]
+        return sum(within), len(self.values) - len(groups)
+
+    def diagnostics(self) -> pd.DataFrame:
+        """Return one row per run: fitted, residual, leverage, studentised residual, Cook's D.
+
+        The residual is externally studentised: divided by its deviation as estimated without that
+        run (Belsley, Kuh and Welsch 1980, eq. 2.26); NaN where there is none. Cook (1977).
+        """
+        influence = self.fit.get_influence()
+        residual, predicted = self.fit.resid, self._left_out
+        left = 1.0 - influence.hat_matrix_diag
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # what all other runs leave of the variance, from what the leverage says
+            rest = (float(self.fit.ssr) - residual * predicted) / (self.fit.df_resid - 1.0)
+            studentised = residual / np.sqrt(rest * left)
+        return pd.DataFrame(
+            {
+                "value": self.values,
+                "fitted": self.fit.fittedvalues,
+                "residual": self.fit.resid,
+                "leverage": influence.hat_matrix_diag,
+                "studentised": np.where(left > ALONE, studentised, np.nan),
+                "cook": influence.cooks_distance[0],
+            }
+        )
+
+    @property
+    def normality_p(self) -> float:
+        """Probability of residuals that look less normal (Shapiro and Wilk 1965)."""
+        if np.ptp(self.fit.resid) <= EQUAL * max(np.ptp(self.values), 1e-300):
+            return math.nan
+        return float(stats.shapiro(self.fit.get_influence().resid_studentized_internal).pvalue)
+
+    def notes(self) -> list[str]:
+        """Return what a reader of the statistics must know, one sentence each."""
+        told = []
+        if self.merged:
+            told.append(
+                f"{self.merged} repeats gave the same number to all digits, as a deterministic "
+                "simulation does: they count once, there is no pure error, and t, F and p weigh "
+                "terms against what the polynomial misses, not against noise."
+            )
+        elif not self._pure_error()[1]:
+            told.append("No run is repeated: lack of fit cannot be told from pure error.")
+        table = self.diagnostics()
+        far = table.index[table["studentised"].abs() > 3.0] + 1
+        if len(far):
+            told.append(f"Studentised residuals beyond 3 in fitted runs {_listed(far)}.")
+        strong = table.index[table["cook"] > 1.0] + 1
+        if len(strong):
+            told.append(
+                f"Fitted runs {_listed(strong)} have a Cook's distance above 1: the surface hangs "
+                "on them."
+            )
+        return told
+
+
+def fit_surface(
+    response: str,
+    names: Sequence[str],
+    terms: Sequence[Term],
+    points: Array,
+    values: Array,
+) -> Surface:
+    """Fit a polynomial to the runs that have a value.
+
+    Parameters
+    ----------
+    response, names
+        Of response and factors.
+    terms
+        Of the polynomial.
+    points, values
+        Coded, of shape (n, k); n responses, NaN where a run has none.
+
+    Raises
+    ------
+    SpecificationError
+        If the runs are too few, or do not tell the terms apart.
+    """
+    known = np.isfinite(values)
+    points, values = np.asarray(points)[known], np.asarray(values)[known]
+    points, values, merged = _merge(points, values)
+    if len(values) <= len(terms):
+        allowed = f"must be more than the {len(terms)} terms of the model, distinct and completed"
+        raise SpecificationError(f"runs with {response}", len(values), allowed)
+    matrix = model_matrix(points, terms)
+    if np.linalg.matrix_rank(matrix) < len(terms):
+        raise SpecificationError(
+            "model",
+            f"{len(terms)} terms",
+            "must be one that the design tells apart, such as 'linear'; some terms are aliases",
+        )
+    return Surface(response, tuple(names), tuple(terms), points, values, merged)
+
+
+def repeats(points: Array) -> list[Array]:
+    """Return the indices of equal points, one array per distinct point, in order."""
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for index, row in enumerate(np.round(points, SAME) + 0.0):
+        groups.setdefault(tuple(row), []).append(index)
+    return [np.array(group) for group in groups.values()]
+
+
+def aicc(residual_sum: float, number: int, coefficients: int) -> float:
+    """Return Akaike's criterion corrected for small samples (Hurvich and Tsai 1989).
+
+    Constants that all models of the same data share are left out. Infinite where the runs are
+    too few for it.
+    """
+    k = coefficients + 1  # with the variance
+    if number - k - 1 <= 0:
+        return math.inf
+    likelihood = number * math.log(max(residual_sum, 1e-300) / number)
+    return likelihood + 2.0 * k + 2.0 * k * (k + 1) / (number - k - 1)
+
+
+def _merge(points: Array, values: Array) -> tuple[Array, Array, int]:
+    """Count repeats once if all of them gave equal values, as no experiment does."""
+    groups = repeats(points)
+    if not len(values):
+        return points, values, 0
+    scale = max(float(np.ptp(values)), EQUAL * float(np.abs(values).max()))
+    if any(np.ptp(values[group]) > EQUAL * scale for group in groups):
+        return points, values, 0
+    first = [group[0] for group in groups]
+    return points[first], values[first], len(values) - len(first)
+
+
+def _anova_row(source: str, total: float, df: int, error: float, error_df: int) -> dict[str, Any]:
+    mean = total / df if df else math.nan
+    ratio = mean / error if error > 0.0 else math.nan
+    p = float(stats.f.sf(ratio, df, error_df)) if error_df and df else math.nan
+    return {
+        "source": source,
+        "sum_of_squares": total,
+        "df": df,
+        "mean_square": mean,
+        "F": ratio,
+        "p": p,
+    }
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(str(number) for number in numbers)

@@ -1,0 +1,171 @@
+"""Response surfaces, drawn: contours, in three dimensions, and what the fit leaves."""
+
+from __future__ import annotations
+
+import itertools
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy import stats
+
+from ramiefenics.calibration.calibrate import Calibration
+from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.responses import response
+from ramiefenics.calibration.surface import Surface
+from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+
+COLOURS = "cividis"
+"""The same to colour-blind eyes."""
+
+LEVELS = 12
+CELLS = 81
+
+
+def contour_figure(found: Calibration, name: str) -> Figure:
+    """Draw a response over every two factors, the others at the optimum, else at the centre.
+
+    Dashed: the target; shaded: within twice its error. What is outside the design is blank.
+    """
+    surface = found.surfaces[name]
+    pairs = list(itertools.combinations(range(len(found.space.factors)), 2))
+    columns = min(len(pairs), 3)
+    rows = -(-len(pairs) // columns)
+    with mpl.rc_context({**STYLE, "axes.grid": False}):
+        size = (3.1 * columns + 1.2, 2.9 * rows + 0.3)
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False)
+        planes = [_plane(found, surface, pair) for pair in pairs]
+        values = np.concatenate([plane[2][np.isfinite(plane[2])] for plane in planes])
+        levels = _levels(values)
+        for axes in grid.ravel()[len(pairs) :]:
+            axes.set_axis_off()
+        for axes, pair, plane in zip(grid.ravel(), pairs, planes, strict=False):
+            drawn = axes.contourf(*plane, levels=levels, cmap=COLOURS)
+            axes.contour(*plane, levels=levels, colors="k", linewidths=0.3)
+            _mark_target(axes, found, name, plane)
+            _mark_points(axes, found, pair)
+        figure.colorbar(drawn, ax=grid, label=response(name).label, shrink=0.9)
+    return figure
+
+
+def _levels(values: Array) -> Array:
+    """Return round numbers that span what is drawn, which may be the same everywhere."""
+    low, high = float(values.min()), float(values.max())
+    return np.asarray(MaxNLocator(LEVELS, min_n_ticks=3).tick_values(low, high))
+
+
+def _middle(found: Calibration) -> Array:
+    return found.fit.optimum.best if found.fit else np.zeros(len(found.space.factors))
+
+
+def _plane(
+    found: Calibration, surface: Surface, pair: tuple[int, int]
+) -> tuple[Array, Array, Array]:
+    """Return natural values of two factors and the response, NaN outside the design."""
+    reach = found.design.region.reach
+    line = np.linspace(-reach, reach, CELLS)
+    first, second = np.meshgrid(line, line)
+    points = np.tile(_middle(found), (first.size, 1))
+    points[:, pair[0]], points[:, pair[1]] = first.ravel(), second.ravel()
+    value = np.where(found.design.region.contains(points), surface.predict(points), np.nan)
+    natural = found.space.natural(points)
+    shape = first.shape
+    x, y = (natural[:, number].reshape(shape) for number in pair)
+    return x, y, np.asarray(value.reshape(shape))
+
+
+def _mark_target(
+    axes: Axes, found: Calibration, name: str, plane: tuple[Array, Array, Array]
+) -> None:
+    if found.fit is None or name not in found.fit.misfit.targets.names:
+        return
+    targets = found.fit.misfit.targets
+    index = targets.names.index(name)
+    value, error = float(targets.values[index]), float(targets.errors[index])
+    low, high = np.nanmin(plane[2]), np.nanmax(plane[2])
+    if low < value < high:
+        line: QuadContourSet = axes.contour(
+            *plane, levels=[value], colors=VERMILION, linestyles="--", linewidths=1.8
+        )
+        axes.clabel(line, fmt="%.4g", fontsize=8)
+    if low < value + 2.0 * error and high > value - 2.0 * error:
+        axes.contourf(
+            *plane,
+            levels=[value - 2.0 * error, value + 2.0 * error],
+            colors="none",
+            hatches=["..."],
+        )
+
+
+def _mark_points(axes: Axes, found: Calibration, pair: tuple[int, int]) -> None:
+    natural = found.space.natural(found.design.coded)
+    axes.plot(natural[:, pair[0]], natural[:, pair[1]], "o", ms=3.5, mfc="w", mec="k", mew=0.6)
+    if found.fit is not None:
+        best = found.space.natural(found.fit.optimum.best)
+        axes.plot(best[pair[0]], best[pair[1]], "*", ms=11, color=VERMILION, mec="w", mew=0.8)
+    factors = found.space.factors
+    axes.set_xlabel(factors[pair[0]].label, fontsize=8)
+    axes.set_ylabel(factors[pair[1]].label, fontsize=8)
+    axes.tick_params(labelsize=8)
+
+
+def surface_figure(found: Calibration, name: str) -> Figure:
+    """Draw a response in three dimensions over the two factors that change it most."""
+    surface = found.surfaces[name]
+    pair = strongest(surface, found)
+    x, y, z = _plane(found, surface, pair)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.2, 4.8), layout="constrained")
+        axes = figure.add_subplot(projection="3d")
+        axes.plot_surface(
+            x, y, z, cmap=COLOURS, rcount=40, ccount=40, lw=0.2, edgecolor=(0, 0, 0, 0.3)
+        )
+        factors = found.space.factors
+        axes.set_xlabel(factors[pair[0]].label, fontsize=8)
+        axes.set_ylabel(factors[pair[1]].label, fontsize=8)
+        axes.set_zlabel(response(name).label, fontsize=8)
+        axes.tick_params(labelsize=8)
+        axes.set_box_aspect(None, zoom=0.88)
+        axes.view_init(elev=25, azim=-130)
+    return figure
+
+
+def strongest(surface: Surface, found: Calibration) -> tuple[int, int]:
+    """Return the two factors by whose slope a response varies most over the region, in order."""
+    slopes = np.square(surface.slopes(found.design.region.sample(512))).mean(axis=0)
+    *_, second, first = np.argsort(slopes)
+    return int(min(first, second)), int(max(first, second))
+
+
+def diagnostics_figure(surface: Surface) -> Figure:
+    """Draw what the fit leaves: fitted over simulated, normal plot, Cook's distances."""
+    table = surface.diagnostics()
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.6, 3.3), layout="constrained")
+        fitted, normal, cook = figure.subplots(1, 3)
+        ends = [
+            table[["value", "fitted"]].min(axis=None),
+            table[["value", "fitted"]].max(axis=None),
+        ]
+        fitted.plot(ends, ends, color=GREY, lw=1.0)
+        fitted.plot(table["value"], table["fitted"], "o", color=BLUE, ms=5)
+        fitted.set(xlabel="Simulated", ylabel="Fitted")
+        fitted.set_title(response(surface.response).label, fontsize=9, loc="left")
+        residuals = np.sort(table["studentised"].to_numpy())
+        places = (np.arange(1, len(residuals) + 1) - 0.375) / (len(residuals) + 0.25)
+        quantiles = stats.norm.ppf(places)  # Blom (1958)
+        normal.plot(quantiles, quantiles, color=GREY, lw=1.0)
+        normal.plot(quantiles, residuals, "o", color=BLUE, ms=5)
+        normal.set(xlabel="Normal quantile", ylabel="Studentised residual")
+        p = surface.normality_p
+        normal.set_title(f"Shapiro-Wilk p = {p:.2g}", fontsize=9, loc="left")
+        runs = np.arange(1, len(table) + 1)
+        cook.vlines(runs, 0.0, table["cook"], color=BLUE, lw=2.0)
+        cook.axhline(1.0, color=VERMILION, lw=1.2, ls="--")
+        cook.set(xlabel="Fitted run", ylabel="Cook's distance")
+        cook.set_ylim(bottom=0.0)
+    return figure
