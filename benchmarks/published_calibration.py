@@ -45,8 +45,8 @@ def main(folder: Path) -> None:
         targets = Targets(("max_force_N",), np.array([84.8]), np.array([[error**2]]))
         design = Design("central composite", points, ALPHA)
         fit = fit_targets(Misfit((surface,), targets, design.region), space, baseline)
-        runs = repaired.design.rename(columns={repaired.printed.response: "max_force_N"})
-        runs = runs.assign(ending="completed")
+        names = {"row": "run", repaired.printed.response: "max_force_N"}
+        runs = repaired.design.rename(columns=names).assign(ending="completed")
         surfaces = {"max_force_N": surface}
         found = Calibration(study, baseline, space, design, Campaign((), 0), runs, surfaces, fit)
         print(f"\n{what}; of the surface {surface.prediction_error:.2f} N")
