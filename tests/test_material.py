@@ -11,7 +11,7 @@ from ramiefenics import Elastic, SpecificationError, SpecificationWarning
 def test_isotropic_constants_give_lame() -> None:
     young, nu = 200.0, 0.3
     shear = young / (2 * (1 + nu))
-    stiffness = Elastic(young, young, nu, nu, shear).stiffness()
+    stiffness = Elastic.isotropic(young, nu).stiffness()
     lame = young * nu / ((1 + nu) * (1 - 2 * nu))
     assert stiffness[0, 0] == pytest.approx(lame + 2 * shear)
     assert stiffness[0, 2] == pytest.approx(lame)

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from ramiefenics.solve.explicit_result import Point
     from ramiefenics.solve.quasistatic import Step
 
-STATE = "{task.fields[state]}"
-
 
 def _bar(text: str) -> Progress:
     """Return a bar with a text, time elapsed and time left, on the first rank only."""
@@ -34,39 +32,35 @@ def _bar(text: str) -> Progress:
 
 
 @contextmanager
+def _doing(name: str, total: float) -> Iterator[Callable[[float, str], None]]:
+    """Show how much is done, a state, and time left."""
+    with _bar("{task.fields[state]}") as progress:
+        task = progress.add_task(name, total=total, state="compiling and meshing")
+        yield lambda done, state: progress.update(task, completed=done, state=state)
+
+
+@contextmanager
 def bending(
     test: BendingTest, name: str = "bending"
 ) -> Iterator[Callable[[Step[Observables]], None]]:
     """Show travel, force, iterations and time left of a run."""
-    with _bar(STATE) as progress:
-        total, state = test.protocol.travel_mm, "compiling and meshing"
-        task = progress.add_task(name, total=total, state=state)
-
-        def show(step: Step[Observables]) -> None:
-            state = (
-                f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
-                f"{step.iterations:2d} iterations"
-            )
-            progress.update(task, completed=step.travel_mm, state=state)
-
-        yield show
+    with _doing(name, test.protocol.travel_mm) as tell:
+        yield lambda step: tell(
+            step.travel_mm,
+            f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
+            f"{step.iterations:2d} iterations",
+        )
 
 
 @contextmanager
 def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
     """Show time, travel, force and time left of a run with inertia."""
-    with _bar(STATE) as progress:
-        total = test.numerics.explicit.duration_s
-        task = progress.add_task("explicit", total=total, state="compiling and meshing")
-
-        def show(point: Point) -> None:
-            state = (
-                f"{point.travel_mm:6.3f} mm {point.observables.force_N:8.2f} N, "
-                f"steps of {1e6 * point.time_step_s:.2f} us"
-            )
-            progress.update(task, completed=point.time_s, state=state)
-
-        yield show
+    with _doing("explicit", test.numerics.explicit.duration_s) as tell:
+        yield lambda point: tell(
+            point.time_s,
+            f"{point.travel_mm:6.3f} mm {point.observables.force_N:8.2f} N, "
+            f"steps of {1e6 * point.time_step_s:.2f} us",
+        )
 
 
 @contextmanager
@@ -85,6 +79,5 @@ def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], Non
 @contextmanager
 def refining() -> Iterator[Callable[[float, str], None]]:
     """Show mesh, travel, force, and time left of a ladder of meshes."""
-    with _bar(STATE) as progress:
-        task = progress.add_task("refining", total=1.0, state="meshing")
-        yield lambda share, state: progress.update(task, completed=share, state=state)
+    with _doing("refining", 1.0) as tell:
+        yield tell

@@ -131,17 +131,27 @@ class Simulator:
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
         return Task(dataclasses.replace(test, protocol=protocol), factors)
 
-    def linearise(self, model: Model, meshes: Sequence[MeshRecipe] = ()) -> Linearised:
-        """Simulate every specimen of a baseline with derivatives; on other meshes for later."""
+    def linearise(self, model: Model, meshes: Sequence[MeshRecipe]) -> tuple[Linearised, Array]:
+        """Simulate every specimen of a baseline, with derivatives and on other meshes.
+
+        Returns
+        -------
+        tuple
+            The predictions; their relative changes on the other meshes, shape (n, meshes, m).
+        """
         tests = [model.test(specimen.test) for specimen in self._specimens]
-        ahead = self._on_meshes(tests, meshes)
+        others = [on_mesh(test, mesh) for test in tests for mesh in meshes]
         tasks = [self._task(test, model.factors) for test in tests]
-        curves = self._runs.curves([*(self._task(test) for test in ahead), *tasks])[len(ahead) :]
+        # the longest first, so that all workers end together
+        done = self._runs.curves([*(self._task(test) for test in others), *tasks])
+        elsewhere, curves = done[: len(others)], done[len(others) :]
         slopes = [
             [self._slope(t, c, f.name) for f in model.factors]
             for t, c in zip(tests, curves, strict=True)
         ]
-        return Linearised(model, self._predictions(tests, curves), np.array(slopes), None)
+        force = self._predictions(tests, curves)
+        changed = self._predictions(others, elsewhere).reshape(len(tests), len(meshes), -1)
+        return Linearised(model, force, np.array(slopes), None), _over(changed, force[:, None]) - 1
 
     def follow(self, last: Linearised, model: Model) -> Linearised:
         """Simulate a neighbouring model, and take the derivatives from the last one.
@@ -173,17 +183,6 @@ class Simulator:
         tests = [model.test(s.test, effect.typical) for s in self._specimens]
         curves = self._runs.curves([self._task(test) for test in tests])
         return (self._predictions(tests, curves) - base.force) / effect.typical
-
-    def on_meshes(self, base: Linearised, meshes: Sequence[MeshRecipe]) -> Array:
-        """Return the relative change of every curve on other meshes, shape (n, meshes, m)."""
-        tests = self._on_meshes([base.model.test(s.test) for s in self._specimens], meshes)
-        curves = self._runs.curves([self._task(test) for test in tests])
-        force = self._predictions(tests, curves).reshape(len(base.force), len(meshes), -1)
-        return _over(force, base.force[:, None]) - 1.0
-
-    @staticmethod
-    def _on_meshes(tests: Sequence[BendingTest], meshes: Sequence[MeshRecipe]) -> list[BendingTest]:
-        return [on_mesh(test, mesh) for test in tests for mesh in meshes]
 
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])

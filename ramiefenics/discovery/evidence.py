@@ -95,7 +95,7 @@ class Evidence:
 
     def __init__(self, residual: Array, by_factors: Array, nuisance: Array) -> None:
         self.residual = residual[..., None]
-        self._J = by_factors
+        self._J, self._nuisance = by_factors, nuisance
         common = np.concatenate([FACTOR_SD * by_factors, nuisance], axis=1)
         self._common = common.transpose(0, 2, 1)
         where = np.arange(residual.shape[1]) / residual.shape[1]
@@ -103,14 +103,12 @@ class Evidence:
 
     def without(self, specimen: int) -> Evidence:
         """Return the evidence of all specimens but one."""
-        nuisance = self._common.transpose(0, 2, 1)[:, self._J.shape[1] :]
-        parts = (self.residual[..., 0], self._J, nuisance)
+        parts = (self.residual[..., 0], self._J, self._nuisance)
         return Evidence(*(np.delete(part, specimen, axis=0) for part in parts))
 
     def with_nuisance(self, columns: Array) -> Evidence:
         """Return the evidence with more nuisance, shape (n, q, m)."""
-        nuisance = self._common.transpose(0, 2, 1)[:, self._J.shape[1] :]
-        together = np.concatenate([nuisance, columns], axis=1)
+        together = np.concatenate([self._nuisance, columns], axis=1)
         return Evidence(self.residual[..., 0], self._J, together)
 
     def fit(self, signature: Array | None = None, limits: tuple[float, float] = (0, 0)) -> Fit:

@@ -7,12 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.comparison import (
-    Linearised,
-    Model,
-    Observed,
-    Simulator,
-)
+from ramiefenics.discovery.comparison import Linearised, Model, Observed, Simulator
 from ramiefenics.discovery.evidence import Array, Evidence, Fit
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.meshes import other_meshes
@@ -103,8 +98,8 @@ class Fitter:
         """Fit the common factors."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
         meshes = other_meshes(self._dataset.specimens[0].test.numerics.mesh)
-        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)), meshes)
-        self._mesh_error = self._simulator.on_meshes(curves, meshes)
+        start = Model(used, (0.0,) * len(used))
+        curves, self._mesh_error = self._simulator.linearise(start, meshes)
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.common_log_factors(evidence.fit())

@@ -173,7 +173,7 @@ class _Inquiry:
     def conclude(self) -> Discovery:
         """Do all steps."""
         number, suspects = len(self._dataset.specimens), len(self._effects)
-        self._stage("fitting the baseline", number * (2 + suspects) + 4)
+        self._stage("fitting the baseline", number * (4 + suspects))
         baseline = self._fitter.baseline()
         self._stage("trying every suspect", number * suspects)
         signatures, scores = self._suspects(baseline)

@@ -12,9 +12,7 @@ DENSITY_G_PER_CM3 = 0.05
 
 
 def _foam(young_MPa: float) -> Material:
-    shear = young_MPa / (2.0 * (1.0 + POISSON))
-    elastic = Elastic(young_MPa, young_MPa, POISSON, POISSON, shear)
-    return Material(elastic, density_g_per_cm3=DENSITY_G_PER_CM3)
+    return Material(Elastic.isotropic(young_MPa, POISSON), density_g_per_cm3=DENSITY_G_PER_CM3)
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:

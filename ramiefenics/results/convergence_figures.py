@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ramiefenics.convergence import Convergence
-from ramiefenics.results.figures import STYLE, VERMILION
+from ramiefenics.results.figures import GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 
-MARKS = (("#000000", "o"), ("#E69F00", "s"), ("#56B4E9", "^"), ("#009E73", "D"), ("#CC79A7", "v"))
-"""A colour of Okabe and Ito's palette and a marker per quantity."""
+MARKS = (("k", "o"), (ORANGE, "s"), (SKY, "^"), (GREEN, "D"), (PURPLE, "v"))
+"""Of every quantity."""
 
 SHADES = mpl.colormaps["viridis_r"]
 """Meshes from coarse, light, to fine, dark."""

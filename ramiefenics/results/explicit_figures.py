@@ -6,12 +6,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.figures import BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION
 from ramiefenics.solve.explicit_result import QUASI_STATIC, ExplicitResult
 from ramiefenics.solve.result import BendingResult
-
-GREEN, SKY, ORANGE = "#009E73", "#56B4E9", "#E69F00"
-"""More of Okabe and Ito's palette."""
 
 ENERGIES = {
     "indenter_work_Nmm": ("indenter's work", "k", "-"),

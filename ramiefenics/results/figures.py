@@ -25,6 +25,7 @@ STYLE: Any = {
     "figure.dpi": 200,
 }
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
+GREEN, SKY, ORANGE, PURPLE = "#009E73", "#56B4E9", "#E69F00", "#CC79A7"
 """From Okabe and Ito's palette, distinct to colour-blind eyes."""
 
 LOSS_LINES = {

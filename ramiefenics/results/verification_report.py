@@ -10,15 +10,13 @@ import matplotlib as mpl
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ramiefenics.results.figures import STYLE
+from ramiefenics.results.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 from ramiefenics.results.manifest import versions
 from ramiefenics.verification import Plot, Study
 
 NAME = "verification"
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito's palette."""
-
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = "osD^vx"
 
 HEAD = """# Verification

@@ -43,6 +43,12 @@ class Elastic:
     G_XZ_MPa: float
     G_XY_MPa: float | None = None
 
+    @classmethod
+    def isotropic(cls, young_MPa: float, poisson: float) -> Elastic:
+        """Return the constants of an isotropic material."""
+        shear = young_MPa / (2.0 * (1.0 + poisson))
+        return cls(young_MPa, young_MPa, poisson, poisson, shear)
+
     def __post_init__(self) -> None:
         """Check the constants one by one, then the stiffness as a whole."""
         for name in ("E_X_MPa", "E_Z_MPa", "G_XZ_MPa"):

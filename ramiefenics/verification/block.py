@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
-from ramiefenics.solve.newton import Newton, NewtonOutcome
+from ramiefenics.solve.newton import Newton
 from ramiefenics.verification.study import Array
 
 Field = Callable[[Array], Array]
@@ -102,12 +102,11 @@ class BoundaryValueProblem:
         v, du = ufl.TestFunction(solid.space), ufl.TrialFunction(solid.space)
         internal = ufl.derivative(solid.energy(), u, v)
         weak = internal if more is None else internal + more(v)
-        self.residual = compile_form(weak)
-        self.jacobian = compile_form(ufl.derivative(weak, u, du))
         self._internal = compile_form(internal)
-        self._newton = Newton(self.residual, self.jacobian, u, bcs, 30)
+        jacobian = compile_form(ufl.derivative(weak, u, du))
+        self._newton = Newton(compile_form(weak), jacobian, u, bcs, 30)
 
-    def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> NewtonOutcome:
+    def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> None:
         """Solve from the current displacement, which takes on what is prescribed.
 
         Raises
@@ -121,7 +120,6 @@ class BoundaryValueProblem:
         outcome = self._newton.solve(tolerance_N, largest_update_mm)
         if not outcome.converged:
             raise RuntimeError(f"the verification problem has no solution: {outcome.reason}")
-        return outcome
 
     def reactions(self) -> Array:
         """Return the internal forces at all degrees of freedom, N, shape (nodes, 3)."""

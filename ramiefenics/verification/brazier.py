@@ -31,7 +31,7 @@ AROUND = 24
 STIFFNESS = 1e3 * YOUNG / SLICE
 """Of what holds the end in its plane, N/mm3: it gives way by a thousandth of the strain."""
 
-MATERIAL = Material(Elastic(YOUNG, YOUNG, POISSON, POISSON, YOUNG / (2 * (1 + POISSON))))
+MATERIAL = Material(Elastic.isotropic(YOUNG, POISSON))
 
 LARGEST_MOMENT = 2 * np.sqrt(2) / 9 * np.pi * YOUNG * RADIUS * WALL**2 / np.sqrt(1 - POISSON**2)
 """N mm (Brazier 1927)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -24,7 +23,7 @@ from ramiefenics.verification.block import (
     on_planes,
     second_order,
 )
-from ramiefenics.verification.study import Array, Check, Plot, Series, Study, at_most, near
+from ramiefenics.verification.study import DATA, Array, Check, Plot, Series, Study, at_most, near
 
 SIZE = 10.0
 """Depth and half the width of the block, mm."""
@@ -36,15 +35,13 @@ SLICE = 0.1
 FINE_ZONE = 0.8
 """Width and depth of the part with even cells, mm."""
 
-DATA = Path(__file__).parent / "data"
-
 LEVELS = {2: (0.16, 0.08), 1: (0.16, 0.08, 0.04)}
 """Cell sizes under the cylinder, mm, by element order."""
 
 PENALTIES = (30.0, 100.0, 300.0, 1000.0, 3000.0)
 """N/mm3."""
 
-MATERIAL = Material(Elastic(YOUNG, YOUNG, POISSON, POISSON, YOUNG / (2 * (1 + POISSON))))
+MATERIAL = Material(Elastic.isotropic(YOUNG, POISSON))
 
 
 @dataclass(frozen=True)

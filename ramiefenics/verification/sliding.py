@@ -1,4 +1,4 @@
-"""A block pushed along a plane: it sticks, breaks loose, and slides."""
+"""A block pulled along a plane: it sticks, breaks loose, and slides."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PRESS, STEP, STEPS = 0.02, 0.005, 60
 SPRING = 0.25
 """Of the bed that pulls the sliding surface along, MPa/mm; a bed there leaves the pressure even."""
 
-MATERIAL = Material(Elastic(10.0, 10.0, 0.0, 0.0, 5.0))
+MATERIAL = Material(Elastic.isotropic(10.0, 0.0))
 METHOD = ContactMethod(slip_tolerance=5e-5)
 """Sharp: the regularisation gives way to Coulomb's law at a small part of the pull."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]
+
+DATA = Path(__file__).parent / "data"
+"""Numbers of other codes."""
 
 
 @dataclass(frozen=True)
