@@ -172,13 +172,34 @@ def calibrate(
         If the user has interrupted it; finished simulations are kept.
     """
     study = study if isinstance(study, Study) else read_study(study)
-    targets, baseline = study.targets(), study.test()
+    targets = study.targets()
+    on_stage("simulating", study.distinct)
+    found = respond(study, executor, folder, on_done)
+    if targets is None:
+        return found
+    used = tuple(found.surfaces[name] for name in targets.names)
+    fit = fit_targets(Misfit(used, targets, found.design.region), found.space, found.baseline)
+    on_stage("confirming", 1)
+    (outcome,) = run_campaign([fit.test], executor, folder, on_done).outcomes
+    return replace(found, fit=replace(fit, confirmation=outcome))
+
+
+def respond(
+    study: Study,
+    executor: Executor | None = None,
+    folder: Path | None = None,
+    on_done: Callable[[int], None] = lambda number: None,
+) -> Calibration:
+    """Simulate the design of a study, and fit its surfaces; leave alone what was measured.
+
+    Parameters and errors are those of `calibrate`.
+    """
+    baseline = study.test()
     for factor in study.factors:
         factor.baseline(baseline)
     design = study.plan()
     space = study.space(design)
     tests = space.tests(baseline, design.coded)
-    on_stage("simulating", len(np.unique(design.coded.round(9), axis=0)))
     campaign = run_campaign(tests, executor, folder, on_done)
     runs = design.table(space)
     for wanted in study.responses:
@@ -193,15 +214,7 @@ def calibrate(
         name: select_surface(name, space.names, design.coded, runs[name].to_numpy(), model, rule)
         for name in (wanted.name for wanted in study.responses)
     }
-    fit = None
-    if targets is not None:
-        used = tuple(surfaces[name] for name in targets.names)
-        misfit = Misfit(used, targets, design.region)
-        fit = fit_targets(misfit, space, baseline)
-        on_stage("confirming", 1)
-        (outcome,) = run_campaign([fit.test], executor, folder, on_done).outcomes
-        fit = replace(fit, confirmation=outcome)
-    return Calibration(study, baseline, space, design, campaign, runs, surfaces, fit)
+    return Calibration(study, baseline, space, design, campaign, runs, surfaces, None)
 
 
 def fit_targets(misfit: Misfit, space: Space, baseline: BendingTest) -> Fit:

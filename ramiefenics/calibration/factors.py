@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramiefenics.specification import BendingTest, SpecificationError, override
-from ramiefenics.specification.checks import check_number
+from ramiefenics.specification.checks import check_choice, check_number
 from ramiefenics.specification.files import value_at
 
 Array = NDArray[np.float64]
@@ -29,6 +29,9 @@ class Factor:
         Least and largest value, in the keys' unit.
     title
         What it is, for tables and figures.
+    scale
+        ``log`` where a factor of two matters alike everywhere in the range, else ``linear``: the
+        middle of the range, equal steps, and the flat prior are on that scale.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Factor:
     low: float
     high: float
     title: str = ""
+    scale: str = "linear"
 
     def __post_init__(self) -> None:
         """Check name, keys and range."""
@@ -45,6 +49,9 @@ class Factor:
             raise SpecificationError("keys", list(self.keys), "must name at least one number")
         check_number(self, "low")
         check_number(self, "high", above=self.low)
+        check_choice(self, "scale", ("linear", "log"))
+        if self.scale == "log":
+            check_number(self, "low", above=0.0)
 
     @property
     def label(self) -> str:
@@ -103,20 +110,30 @@ class Space:
         return tuple(factor.name for factor in self.factors)
 
     @property
+    def _logarithmic(self) -> NDArray[np.bool_]:
+        return np.array([factor.scale == "log" for factor in self.factors])
+
+    def _scaled(self, natural: Array) -> Array:
+        return np.asarray(np.where(self._logarithmic, np.log(natural), natural))
+
+    @property
     def _middle_and_unit(self) -> tuple[Array, Array]:
-        low = np.array([factor.low for factor in self.factors])
-        high = np.array([factor.high for factor in self.factors])
-        return (low + high) / 2.0, (high - low) / (2.0 * self.coded_high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = self._scaled(np.array([factor.low for factor in self.factors]))
+            high = self._scaled(np.array([factor.high for factor in self.factors]))
+        return np.asarray((low + high) / 2.0), np.asarray((high - low) / (2.0 * self.coded_high))
 
     def natural(self, coded: Array) -> Array:
         """Return points in natural units, the last axis that of the factors."""
         middle, unit = self._middle_and_unit
-        return middle + unit * np.asarray(coded)
+        scaled = middle + unit * np.asarray(coded)
+        with np.errstate(over="ignore"):
+            return np.asarray(np.where(self._logarithmic, np.exp(scaled), scaled))
 
     def coded(self, natural: Array) -> Array:
         """Return points in coded units, the last axis that of the factors."""
         middle, unit = self._middle_and_unit
-        return np.asarray((np.asarray(natural) - middle) / unit)
+        return np.asarray((self._scaled(np.asarray(natural)) - middle) / unit)
 
     def tests(self, baseline: BendingTest, coded: Array) -> list[BendingTest]:
         """Return the specification of every point, coded, of shape (n, k).
@@ -134,5 +151,6 @@ class Space:
             try:
                 test = factor.apply(test, float(f"{value:.10g}"))
             except SpecificationError as error:
-                raise error.inside(f"factors.{factor.name}: ") from error
+                where = f"with factors.{factor.name}, {error.field}"
+                raise SpecificationError(where, error.value, error.allowed) from error
         return test

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ramiefenics.calibration.factors import Array, Factor, Space
 from ramiefenics.calibration.misfit import Targets
 from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import RULES
+from ramiefenics.calibration.surface import repeats
 from ramiefenics.calibration.terms import MODELS
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.specification import (
@@ -175,6 +177,11 @@ class Study:
         return Space(self.factors, design.region.reach if inside else 1.0)
 
     @property
+    def distinct(self) -> int:
+        """Number of runs of the design that differ."""
+        return len(repeats(self.plan().coded))
+
+    @property
     def polynomial(self) -> str:
         """Model of the surfaces."""
         screening = self.design.kind == "plackett_burman"
@@ -245,14 +252,28 @@ def read_study(study: str | Path) -> Study:
     SpecificationError
         If the file cannot be read, or states something that cannot be.
     """
+    return read_named(Study, study, STUDIES)
+
+
+T = TypeVar("T")
+
+
+def read_named(cls: type[T], study: str | Path, shipped: Path) -> T:
+    """Read a study of some kind that knows its `folder`: a TOML file, or one of those shipped.
+
+    Raises
+    ------
+    SpecificationError
+        If the file cannot be read, or states something that cannot be.
+    """
     path = Path(study)
     if path.suffix != ".toml":
-        names = sorted(found.stem for found in STUDIES.glob("*.toml"))
+        names = sorted(found.stem for found in shipped.glob("*.toml"))
         if str(study) not in names:
             allowed = f"must be a TOML file or one of {', '.join(names)}"
             raise SpecificationError("study", str(study), allowed)
-        path = STUDIES / f"{study}.toml"
+        path = shipped / f"{study}.toml"
     data = read_toml(path)
     if "folder" in data:
         raise SpecificationError("folder", data["folder"], "is set by where the study lies")
-    return from_dict(Study, {**data, "folder": str(path.parent)})
+    return from_dict(cls, {**data, "folder": str(path.parent)})

@@ -25,6 +25,7 @@ from ramiefenics.cli.common import (
 )
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
+from ramiefenics.cli.validate import validate_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
 
@@ -43,6 +44,7 @@ app.command("explicit")(explicit_command)
 app.command("import")(import_command)
 app.command("reconcile")(reconcile_command)
 app.command("reduce")(reduce_command)
+app.command("validate")(validate_command)
 app.command("verify")(verify_command)
 
 

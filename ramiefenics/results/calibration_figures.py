@@ -13,9 +13,8 @@ from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.identifiability import RISE
 from ramiefenics.calibration.optimum import level_points
 from ramiefenics.calibration.responses import response
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.figures import BLUE, GREY, ORANGE, STYLE, VERMILION
 
-ORANGE = "#E69F00"
 BINS = 40
 
 DRAWN = 4000

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from ramiefenics.results.calibration_figures import (
 )
 from ramiefenics.results.calibration_report import report
 from ramiefenics.results.draft import draft
-from ramiefenics.results.manifest import versions
+from ramiefenics.results.manifest import finite, versions
 from ramiefenics.results.surface_figures import contour_figure, diagnostics_figure, surface_figure
 from ramiefenics.specification import write_test
 from ramiefenics.specification.files import to_dict
@@ -194,7 +193,7 @@ def summarise_calibration(found: Calibration) -> dict[str, Any]:
         "versions": versions(),
         "specification": to_dict(found.baseline),
     }
-    cleaned: dict[str, Any] = _finite(summary)
+    cleaned: dict[str, Any] = finite(summary)
     return cleaned
 
 
@@ -222,14 +221,3 @@ def _summarise_fit(found: Calibration, fit: Fit) -> dict[str, Any]:
 
 def _study(found: Calibration) -> dict[str, Any]:
     return {name: part for name, part in to_dict(found.study).items() if name != "folder"}
-
-
-def _finite(value: Any) -> Any:
-    """Return nested content as JSON knows it: no NaN, no infinity, plain numbers."""
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.metadata
+import math
 import platform
+from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 import ramiefenics
 from ramiefenics.model.compat import VERSION as DOLFINX_VERSION
@@ -59,3 +63,14 @@ def versions() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             continue  # a distribution may install a module without its metadata
     return found
+
+
+def finite(value: Any) -> Any:
+    """Return nested content as JSON knows it: no NaN, no infinity, plain numbers."""
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

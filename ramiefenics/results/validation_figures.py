@@ -1,0 +1,85 @@
+"""What a validation shows: predictions beside measurements, and what the unknown factors move."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from ramiefenics.results.figures import BLUE, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILION
+from ramiefenics.validation import Validation
+from ramiefenics.validation.outcome import Assessment
+
+
+def prediction_figure(found: Validation, assessment: Assessment) -> Figure:
+    """Draw, per observation, what was measured and what each predictor says."""
+    table = found.table(assessment)
+    rows = np.arange(len(table))[::-1]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.8, 0.62 * len(table) + 1.7), layout="constrained")
+        axes = figure.subplots()
+        axes.hlines(
+            rows,
+            table["prior_low"],
+            table["prior_high"],
+            color=GREY,
+            lw=1.2,
+            label="uncalibrated, 95 %",
+        )
+        axes.hlines(rows, table["low"], table["high"], color=SKY, lw=7.0, label="calibrated, 95 %")
+        axes.plot(table["calibrated"], rows, "|", color=BLUE, ms=12, mew=2.0, label="its median")
+        axes.errorbar(
+            table["measured"],
+            rows + 0.22,
+            xerr=1.96 * table["standard_error"],
+            fmt="o",
+            color=VERMILION,
+            ms=5,
+            capsize=3,
+            label="measured, 95 %",
+        )
+        if table["published"].notna().any():
+            axes.plot(
+                table["published"],
+                rows - 0.22,
+                "D",
+                color=ORANGE,
+                ms=5,
+                label="published simulation",
+            )
+        if table["rule"].notna().any():
+            axes.plot(
+                table["rule"], rows - 0.22, "s", color=PURPLE, ms=5, label="P L / 4 W constant"
+            )
+        axes.set_yticks(rows, _names(table))
+        axes.set_ylim(-0.6, len(table) - 0.4)
+        axes.set_xlabel(found.response.label)
+        figure.legend(
+            *axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8
+        )
+    return figure
+
+
+def _names(table: pd.DataFrame) -> list[str]:
+    calibrated = table["role"] == "calibrated on"
+    return [
+        f"{n} *" if on else str(n) for n, on in zip(table["observation"], calibrated, strict=True)
+    ]
+
+
+def nuisance_figure(found: Validation, assessment: Assessment) -> Figure:
+    """Draw how far each factor moves the predictions, before and after the calibration."""
+    table = found.swings(assessment).groupby("factor", sort=False)[["before", "after"]].mean()
+    order = table["before"].abs().sort_values().index
+    rows = np.arange(len(order))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.8, 0.42 * len(order) + 1.5), layout="constrained")
+        axes = figure.subplots()
+        axes.barh(rows + 0.2, table.loc[order, "before"], 0.38, color=GREY, label="before")
+        axes.barh(rows - 0.2, table.loc[order, "after"], 0.38, color=BLUE, label="after")
+        titles = {f.name: f.title or f.name for f in found.study.factors}
+        axes.set_yticks(rows, [titles[name] for name in order], fontsize=8)
+        axes.set_xlabel("Predicted, upper less lower fifth of the factor's range (%)")
+        axes.legend(title="the calibration", fontsize=8, title_fontsize=8, frameon=False)
+    return figure

@@ -1,0 +1,7 @@
+"""Calibrated on some stalks, compared on others: what a model predicts, and how surely."""
+
+from ramiefenics.validation.outcome import Validation
+from ramiefenics.validation.study import Observation, Split, ValidationStudy, read_validation
+from ramiefenics.validation.validate import validate
+
+__all__ = ["Observation", "Split", "Validation", "ValidationStudy", "read_validation", "validate"]

@@ -1,0 +1,36 @@
+"""The simplest predictor: all stalks break at one nominal bending stress."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ramiefenics.reduction.equations import maximum_stress, section_modulus
+from ramiefenics.specification import BendingTest
+
+
+def nominal_strength(test: BendingTest, force_N: float) -> float:
+    """Return P L / 4 W, MPa, Eqs. 6 and 7: as if the section were of one material."""
+    stalk = test.stalk
+    modulus = section_modulus(stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm)
+    return float(maximum_stress(force_N, test.fixture.span_mm, modulus))
+
+
+def by_strength(
+    tests: Mapping[str, BendingTest], measured: Mapping[str, tuple[float, float]]
+) -> dict[str, float]:
+    """Return the maximum force of every test, N, if P L / 4 W is what some tests say it is.
+
+    Parameters
+    ----------
+    tests
+        Geometry and fixture, by name.
+    measured
+        Maximum force and its standard error, N, of one of these tests or more; their strengths
+        are averaged, weighted by the inverse squares of the errors.
+    """
+    strengths = [nominal_strength(tests[name], force) for name, (force, _) in measured.items()]
+    errors = [nominal_strength(tests[name], error) for name, (_, error) in measured.items()]
+    strength = np.average(strengths, weights=1.0 / np.square(errors))
+    return {name: float(strength / nominal_strength(test, 1.0)) for name, test in tests.items()}

@@ -1,0 +1,126 @@
+"""Calibrate on some observations, and predict the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+from scipy import stats
+
+from ramiefenics.calibration.calibrate import respond
+from ramiefenics.calibration.campaign import run_campaign
+from ramiefenics.calibration.misfit import Misfit, Targets
+from ramiefenics.calibration.optimum import LEVEL, nearest
+from ramiefenics.validation.outcome import Assessment, Observed, Validation
+from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
+from ramiefenics.validation.strength_rule import by_strength
+from ramiefenics.validation.study import Split, ValidationStudy, read_validation
+
+
+def validate(
+    study: ValidationStudy | str | Path = "published",
+    executor: Executor | None = None,
+    folder: Path | None = None,
+    on_stage: Callable[[str, int], None] = lambda name, expected: None,
+    on_done: Callable[[int], None] = lambda number: None,
+) -> Validation:
+    """Do a validation.
+
+    Parameters
+    ----------
+    study
+        A validation, its file, or the name of one that comes with the code.
+    executor, folder
+        What does the simulations, and where they are kept: see `run_campaign`.
+    on_stage
+        Told what is begun, and how many simulations it takes.
+    on_done
+        Told how many simulations have been done since the last call.
+
+    Raises
+    ------
+    SpecificationError
+        If the study, its data or a specification that it leads to cannot be used, or too few
+        simulations succeed for its model.
+    KeyboardInterrupt
+        If the user has interrupted it; finished simulations are kept.
+    """
+    study = study if isinstance(study, ValidationStudy) else read_validation(study)
+    parts = {observation.name: study.of(observation) for observation in study.observations}
+    targets = {name: part.targets() for name, part in parts.items()}
+    on_stage("simulating", sum(part.distinct for part in parts.values()))
+    observed = {}
+    for observation in study.observations:
+        name, target = observation.name, targets[observation.name]
+        assert target is not None  # every observation has one
+        found = respond(parts[name], executor, folder, on_done)
+        value, error = float(target.values[0]), float(target.errors[0])
+        observed[name] = Observed(value, error, observation.published, found)
+    assessments = []
+    for split in study.splits:
+        on_stage(
+            f"calibrated on {', '.join(split.on)}", len(study.predicted(split)) + len(split.on)
+        )
+        assessments.append(_assess(study, split, observed, executor, folder, on_done))
+    return Validation(study, observed, tuple(assessments))
+
+
+def _assess(
+    study: ValidationStudy,
+    split: Split,
+    observed: Mapping[str, Observed],
+    executor: Executor | None,
+    folder: Path | None,
+    on_done: Callable[[int], None],
+) -> Assessment:
+    names = (*split.on, *study.predicted(split))
+    surfaces = {name: observed[name].found.surfaces[study.response] for name in names}
+    some = observed[split.on[0]].found
+    values = np.array([observed[name].value for name in split.on])
+    covariance = np.diag([observed[name].error ** 2 for name in split.on])
+    on = tuple(surfaces[name] for name in split.on)
+    misfit = Misfit(on, Targets(split.on, values, covariance), some.design.region)
+
+    before = prior(misfit)
+    after = condition(misfit, before)
+    baseline = [factor.baseline(some.baseline) for factor in study.factors]
+    nuisance = [i for i, factor in enumerate(study.factors) if factor.name in study.nuisance]
+    held = fix(before, nuisance, some.space.coded(np.array(baseline)))
+    best = nearest(misfit)
+    tests = [
+        observed[n].found.space.tests(observed[n].found.baseline, best[None])[0] for n in names
+    ]
+    outcomes = run_campaign(tests, executor, folder, on_done).outcomes
+
+    def predictions(weighted: Weighted) -> dict[str, Prediction]:
+        return {name: Prediction(weighted, surface) for name, surface in surfaces.items()}
+
+    return Assessment(
+        split,
+        _reached(misfit, before),
+        _reached(misfit, held),
+        best,
+        after.effective,
+        predictions(before),
+        predictions(after),
+        predictions(condition(misfit, held)),
+        dict(zip(names, outcomes, strict=True)),
+        _rule(study, split, {name: observed[name] for name in names}),
+    )
+
+
+def _rule(
+    study: ValidationStudy, split: Split, observed: Mapping[str, Observed]
+) -> dict[str, float]:
+    """Return what the strength rule predicts; NaN of responses that it says nothing about."""
+    if study.response != "max_force_N":
+        return dict.fromkeys(observed, np.nan)
+    tests = {name: seen.found.baseline for name, seen in observed.items()}
+    return by_strength(tests, {n: (observed[n].value, observed[n].error) for n in split.on})
+
+
+def _reached(misfit: Misfit, weighted: Weighted) -> bool:
+    least = float(misfit.of(weighted.points).min())
+    return least <= float(stats.chi2.ppf(LEVEL, len(misfit.surfaces)))
