@@ -6,10 +6,14 @@ import dataclasses
 import warnings
 from collections.abc import Callable
 
+import numpy as np
+import pandas as pd
 import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingResult, BendingTest, override, ramie, simulate
+from ramiefenics.solve.quasistatic import Ending
+from ramiefenics.solve.result import Statistics
 
 
 @pytest.fixture(autouse=True)
@@ -43,6 +47,22 @@ def coarse(screening: BendingTest) -> BendingTest:
 def bent(screening: BendingTest) -> BendingResult:
     """The whole travel at screening resolution, on one rank."""
     return simulate(screening, comm=MPI.COMM_SELF)
+
+
+@pytest.fixture
+def as_result() -> Callable[..., BendingResult]:
+    """Make a result of a curve that no solver computed."""
+
+    def make(test: BendingTest, x: np.ndarray, force: np.ndarray) -> BendingResult:
+        curve = pd.DataFrame({"displacement_mm": x, "recorded_displacement_mm": x})
+        completed = x[-1] >= test.protocol.travel_mm
+        ending = Ending("completed") if completed else Ending("physical", "the void has closed")
+        statistics = Statistics(9, 1, 28, 30, 60, 0, 1.0, 1)
+        losses = {"min_volume_ratio": 1.0, "min_principal_stretch": 1.0, "min_acoustic_MPa": 1.0}
+        curve = curve.assign(force_N=force, **losses)
+        return BendingResult(test, curve, (), statistics, ending)
+
+    return make
 
 
 @pytest.fixture

@@ -26,8 +26,6 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.study import read_study
 from ramiefenics.cli import main
 from ramiefenics.results.calibration_folder import write_calibration
-from ramiefenics.solve.quasistatic import Ending
-from ramiefenics.solve.result import Statistics
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -64,7 +62,8 @@ def forces(test: rf.BendingTest, x: np.ndarray) -> np.ndarray:
 class Pretended:
     """A simulator that takes no time; counts what it is asked for, and fails where told."""
 
-    def __init__(self) -> None:
+    def __init__(self, as_result: Callable[..., rf.BendingResult]) -> None:
+        self.as_result = as_result
         self.asked: list[rf.BendingTest] = []
         self.fails: Callable[[rf.BendingTest], bool] = lambda test: False
         self.stops: Callable[[rf.BendingTest], bool] = lambda test: False
@@ -77,11 +76,7 @@ class Pretended:
             raise RuntimeError("the solver is out of memory")
         end = 5.0 if self.stops(test) else test.protocol.travel_mm
         x = np.linspace(0.0, end, 29)
-        curve = pd.DataFrame(
-            {"displacement_mm": x, "recorded_displacement_mm": x, "force_N": forces(test, x)}
-        )
-        ending = Ending("completed") if end > 5.0 else Ending("physical", "the void has closed")
-        return rf.BendingResult(test, curve, (), Statistics(9, 1, 28, 30, 60, 0, 1.0, 1), ending)
+        return self.as_result(test, x, forces(test, x))
 
 
 @pytest.fixture(autouse=True)
@@ -92,8 +87,10 @@ def _short_chains(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def pretended(monkeypatch: pytest.MonkeyPatch) -> Pretended:
-    simulator = Pretended()
+def pretended(
+    monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
+) -> Pretended:
+    simulator = Pretended(as_result)
     monkeypatch.setattr(kept, "simulate", simulator)
     return simulator
 

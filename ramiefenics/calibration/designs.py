@@ -45,7 +45,10 @@ class Design:
 
     @property
     def region(self) -> Region:
-        """Where it can be interpolated."""
+        """Where it can be interpolated: the whole box of a design that fills it."""
+        if self.alpha is None:
+            number = self.coded.shape[1]
+            return Region(number, 1.0, math.sqrt(number))
         return Region.of(self.coded)
 
     def table(self, space: Space) -> pd.DataFrame:

@@ -167,9 +167,12 @@ def main() -> None:
     first = MPI.COMM_WORLD.rank == 0
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # PETSc takes a closed pipe for a crash
 
+    told: set[str] = set()
+
     def note(message: Warning | str, category: type[Warning], *_: object) -> None:
-        if first:
+        if first and str(message) not in told:
             typer.echo(f"note: {message}", err=True)
+            told.add(str(message))
 
     warnings.showwarning = note  # type: ignore[assignment]
     try:

@@ -29,7 +29,8 @@ def write_validation(found: Validation, folder: str | Path) -> Path:
     predictor, ``factors.csv`` priors and what the calibration leaves of them, ``swings.csv`` how
     far each factor moves each prediction, ``runs.csv`` all simulations of the designs,
     ``surfaces.csv`` how well the response surfaces predict them. ``summary.json`` is the manifest,
-    ``report.html`` needs no other file. Files of an earlier validation are replaced; nothing appears half-written.
+    ``report.html`` needs no other file. Files of an earlier validation are replaced; nothing
+    appears half-written.
 
     Returns
     -------

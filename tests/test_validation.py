@@ -1,0 +1,305 @@
+"""Validation: what is predicted where the answer is known, and how the published study is put."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ramiefenics as rf
+from ramiefenics import kept
+from ramiefenics.calibration.factors import Factor, Space
+from ramiefenics.calibration.misfit import Misfit, Targets
+from ramiefenics.calibration.region import Region
+from ramiefenics.calibration.surface import Surface
+from ramiefenics.cli import main
+from ramiefenics.published.tables import printed_values
+from ramiefenics.results.validation_folder import write_validation
+from ramiefenics.validation import Validation, read_validation, validate
+from ramiefenics.validation.prediction import Prediction, condition, fix, prior
+from ramiefenics.validation.strength_rule import by_strength
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+STUDY = """
+title = "One number calibrated"
+nuisance = ["r"]
+[design]
+kind = "sobol"
+runs = 16
+[[factors]]
+name = "mu"
+keys = ["fixture.friction.dynamic"]
+low = 0.05
+high = 0.15
+[[factors]]
+name = "r"
+keys = ["fixture.indenter_radius_mm"]
+low = 2.5
+high = 10.0
+scale = "log"
+[[observations]]
+name = "thick"
+baseline = "table8-1"
+measured = {thick}
+error = 0.05
+[[observations]]
+name = "thin"
+baseline = "table8-2"
+measured = {thin}
+error = 0.5
+published = 90.0
+[[splits]]
+title = "thin from thick"
+on = ["thick"]
+"""
+
+
+def max_force(test: rf.BendingTest) -> float:
+    """Rises with the section's area, friction, and the logarithm of the radius."""
+    stalk, fixture = test.stalk, test.fixture
+    area = stalk.outer_diameter_mm**2 - stalk.void_diameter_mm**2
+    return area * (0.4 + fixture.friction.dynamic + 0.05 * math.log(fixture.indenter_radius_mm / 5))
+
+
+TRUTH = ["fixture.friction.dynamic=0.1", "fixture.indenter_radius_mm=5.0"]
+
+
+def measured(name: str) -> float:
+    return max_force(rf.override(rf.published_test(name), TRUTH))
+
+
+@pytest.fixture
+def asked(
+    monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
+) -> list[rf.BendingTest]:
+    """All that a simulator is asked for that takes no time."""
+    asked: list[rf.BendingTest] = []
+
+    def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
+        asked.append(test)
+        x = np.linspace(0.0, 14.0, 29)
+        return as_result(test, x, max_force(test) * np.sin(x / 14.0 * np.pi))
+
+    monkeypatch.setattr(kept, "simulate", simulate)
+    return asked
+
+
+@pytest.fixture
+def done(asked: list[rf.BendingTest], tmp_path: Path) -> Validation:
+    return run(tmp_path, measured("table8-1"), measured("table8-2"))
+
+
+def run(folder: Path, thick: float, thin: float, **changes: str) -> Validation:
+    path, text = folder / "study.toml", STUDY.format(thick=thick, thin=thin)
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
+    return validate(path, ThreadPoolExecutor(2), folder / "runs")
+
+
+def plane(*slopes: float, constant: float = 0.0) -> Surface:
+    """A surface without error through the corners of a square."""
+    points = np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.0]])
+    terms = ((0, 0), (1, 0), (0, 1))
+    return Surface("max_force_N", ("a", "b"), terms, points, constant + points @ np.array(slopes))
+
+
+def line(measured: float, error: float) -> Misfit:
+    surface = plane(5.0, 0.0, constant=10.0)
+    targets = Targets(("on",), np.array([measured]), np.array([[error**2]]))
+    return Misfit((surface,), targets, Region(2, 1.0, math.sqrt(2.0)))
+
+
+def test_predictions_are_those_of_bayes_rule() -> None:
+    # a is normal, 0.2 with deviation 0.1, far from the ends of its flat prior; b stays flat
+    weighted = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
+    low, median, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
+    assert median == pytest.approx(21.6, abs=0.02)
+    # a part in a hundred of the width: 32768 points, of which an eighth share the weight
+    assert [low, high] == pytest.approx([21.6 - 1.96 * 0.8, 21.6 + 1.96 * 0.8], abs=0.03)
+    low, median, high = Prediction(weighted, plane(0.0, 3.0)).interval
+    assert [low, median, high] == pytest.approx([-2.85, 0.0, 2.85], abs=0.03)
+    expected = 32768 * 0.1 * 2.0 * math.sqrt(math.pi) / 2.0  # n / E(w^2) of a normal in [-1, 1]
+    assert weighted.effective == pytest.approx(expected, rel=0.05)
+
+
+def test_an_equal_surface_predicts_what_was_measured() -> None:
+    weighted = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
+    assert Prediction(weighted, plane(5.0, 0.0, constant=10.0)).mean == pytest.approx(
+        11.0, abs=0.01
+    )
+
+
+def test_swing_is_from_fifth_to_fifth() -> None:
+    before = prior(line(11.0, 0.5))
+    assert Prediction(before, plane(8.0, 3.0)).swing(0) == pytest.approx(8.0 * 1.6, rel=0.01)
+    after = condition(line(11.0, 0.5), before)
+    assert Prediction(after, plane(8.0, 3.0)).swing(1) == pytest.approx(3.0 * 1.6, rel=0.02)
+    assert math.isnan(Prediction(after, plane(8.0, 3.0)).swing(0))  # both ends are ruled out
+
+
+def test_fixed_factors_stay() -> None:
+    held = fix(prior(line(11.0, 0.5)), [1], np.array([0.0, 0.25]))
+    assert np.ptp(Prediction(held, plane(0.0, 4.0)).values) < 1e-12
+    assert Prediction(held, plane(0.0, 4.0)).mean == pytest.approx(1.0)
+
+
+def test_logarithmic_factors_have_their_middle_at_the_geometric_mean() -> None:
+    space = Space((Factor("r", ("fixture.indenter_radius_mm",), 2.5, 10.0, scale="log"),))
+    assert space.natural(np.array([[-1.0], [0.0], [1.0]])).ravel() == pytest.approx(
+        [2.5, 5.0, 10.0]
+    )
+    assert space.coded(np.array([[5.0]])) == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(rf.SpecificationError, match="low = 0"):
+        Factor("r", ("fixture.indenter_radius_mm",), 0.0, 10.0, scale="log")
+
+
+def test_strength_rule_scales_with_the_section_modulus() -> None:
+    # twice all diameters: eight times the force; twice the span: half of it
+    small, large = rf.ramie(7.0, 3.5, 0.3), rf.ramie(14.0, 7.0, 0.6)
+    tests = {"small": small, "large": large, "long": rf.override(large, ["fixture.span_mm=150"])}
+    found = by_strength(tests, {"small": (10.0, 1.0)})
+    assert found == pytest.approx({"small": 10.0, "large": 80.0, "long": 80.0 / 1.5})
+    # two that disagree, the second known three times better
+    mean = by_strength(tests, {"small": (10.0, 3.0), "large": (100.0, 8.0)})["small"]
+    assert mean == pytest.approx((10.0 / 9.0 + 12.5) / (1.0 / 9.0 + 1.0))
+
+
+def test_the_right_model_predicts_the_other_stalk(done: Validation) -> None:
+    (assessment,) = done.assessments
+    table = done.table(assessment).set_index("observation")
+    assert list(table["role"]) == ["calibrated on", "predicted"]
+    # friction and radius cannot be told apart, but move both forces alike
+    for name in ("calibrated", "fixed", "simulated"):
+        assert table.loc["thin", name] == pytest.approx(measured("table8-2"), rel=2e-3)
+    assert table.loc["thin", "high"] - table.loc["thin", "low"] < 1.0
+    # 2 (a + b - sqrt(0.2 a b)) of the area is between the 2.5 % quantiles of the sum of two
+    # flat distributions of half widths a = 0.05 and b = 0.05 ln 2
+    width = 2.0 * (0.05 + 0.0347 - math.sqrt(0.2 * 0.05 * 0.0347)) * (14.3**2 - 7.45**2)
+    assert table.loc["thin", "prior_high"] - table.loc["thin", "prior_low"] == pytest.approx(
+        width, rel=0.01
+    )
+    assert table["covered"].all()
+    assert assessment.reached
+    assert assessment.reached_fixed
+    swings = done.swings(assessment).set_index("factor")
+    assert swings.loc["mu", "before"] == pytest.approx(100.0 * 0.08 / 0.5, rel=0.02)
+    assert abs(swings.loc["mu", "after"]) < 0.2
+    scores = done.scores(assessment).set_index("predictor")
+    error = 100.0 * (90.0 / measured("table8-2") - 1.0)
+    assert scores.loc["published", "rms_percent"] == pytest.approx(abs(error))
+    assert scores.loc["calibrated", "rms_percent"] < 0.2
+
+
+def test_a_wrong_model_is_told(asked: list[rf.BendingTest], tmp_path: Path) -> None:
+    found = run(tmp_path, measured("table8-1"), 1.1 * measured("table8-2"))
+    table = found.table(found.assessments[0]).set_index("observation")
+    assert not table.loc["thin", "covered"]
+    assert table.loc["thin", "calibrated_error_percent"] == pytest.approx(-100.0 / 11.0, abs=0.3)
+    assert "0 of 1 measurements agree" in " ".join(found.findings())
+
+
+def test_what_the_factors_do_not_reach_is_told(asked: list[rf.BendingTest], tmp_path: Path) -> None:
+    found = run(tmp_path, 1.5 * measured("table8-1"), 100.0)
+    assert not found.assessments[0].reached
+    assert "No values of the factors meet" in " ".join(found.findings())
+    # within the whole prior's reach, but friction alone does not come so far
+    found = run(tmp_path, 1.13 * measured("table8-1"), 100.0)
+    assert found.assessments[0].reached
+    assert not found.assessments[0].reached_fixed
+
+
+def test_nothing_is_simulated_twice(asked: list[rf.BendingTest], tmp_path: Path) -> None:
+    first = run(tmp_path, measured("table8-1"), measured("table8-2"))
+    assert len(asked) == 2 * (16 + 1)  # the design, and the best point, for both stalks
+    again = run(tmp_path, measured("table8-1"), measured("table8-2"))
+    assert len(asked) == 34
+    pd.testing.assert_frame_equal(
+        first.table(first.assessments[0]), again.table(again.assessments[0])
+    )
+
+
+def test_folder_has_tables_figures_and_report(done: Validation, tmp_path: Path) -> None:
+    out = write_validation(done, tmp_path / "out")
+    predictions = pd.read_csv(out / "predictions.csv")
+    assert predictions["observation"].tolist() == ["thick", "thin"]
+    assert len(pd.read_csv(out / "runs.csv")) == 32
+    factors = pd.read_csv(out / "factors.csv").set_index("factor")
+    assert factors.loc["r", "nuisance"]
+    assert (factors["low"] >= factors["prior_low"]).all()
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["simulations"] == 32
+    assert set(summary["specifications"]) == {"thick", "thin"}
+    assert "dolfinx" in summary["versions"]
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert report.count("data:image/png;base64,") == len(list(out.glob("*.png"))) == 2
+    assert "P L / 4 W" in report
+
+
+def test_the_shipped_study_states_what_was_published() -> None:
+    study = read_validation("published")
+    text = {name: value.value for name, value in printed_values().items()}
+    seen = {observation.name: observation for observation in study.observations}
+    for height in (19, 69, 119):
+        observation = seen[f"{height} cm"]
+        assert observation.measured == text[f"max_force_{height}cm_N"]
+        error = text[f"max_force_sd_{height}cm_N"] / math.sqrt(text["specimens_per_position"])
+        assert observation.error == pytest.approx(error, abs=6e-4)
+        assert observation.baseline == f"height-{height}cm"
+    for row in rf.published_table(8).itertuples():
+        observation = seen[f"Table 8, {row.outer_diameter_mm} mm"]
+        assert observation.measured == row.measured_force_N
+        assert observation.published == row.simulated_force_N
+        assert observation.error == text["max_force_sd_69cm_N"]
+    assert all(len(split.on) == 1 for split in study.splits)  # at one height only
+
+
+BAD = {
+    "on unknown": ('on = ["thick"]', 'on = ["thicker"]', "'thicker' must be one of thick, thin"),
+    "predicts itself": (
+        'on = ["thick"]',
+        'on = ["thick"]\npredict = ["thick"]',
+        "must not be calibrated on too",
+    ),
+    "nuisance unknown": ('nuisance = ["r"]', 'nuisance = ["q"]', "'q' must be one of mu, r"),
+    "no measurement": ("measured = 80.0\n", "", "must be given, or a dataset in its place"),
+    "no error": ("error = 0.05\n", "", "must be given with a target"),
+    "twice": ('name = "thin"', 'name = "thick"', "'thick' must not occur twice"),
+    "scale": ('scale = "log"', 'scale = "odd"', "scale = 'odd' must be one of"),
+    "key": ('"fixture.indenter_radius_mm"', '"fixture.radius"', "'fixture.radius' must be the key"),
+    "unknown field": ("published = 90.0", "publisht = 90.0", "nearest known one is 'published'"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_studies_end_with_one_sentence(
+    case: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    asked: list[rf.BendingTest],
+) -> None:
+    old, new, sentence = BAD[case]
+    text = STUDY.format(thick=80.0, thin=70.0)
+    assert old in text
+    (tmp_path / "bad.toml").write_text(text.replace(old, new, 1))
+    out = tmp_path / "out"
+    command = ["ramiefenics", "validate", str(tmp_path / "bad.toml"), "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 2
+    told = capsys.readouterr().err
+    assert sentence in told
+    assert "Traceback" not in told
+    assert not out.exists()
+    assert not asked
