@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     from ramiefenics.results.pictures import deformed_picture
     from ramiefenics.results.reconcile_report import write_reconciliation
     from ramiefenics.results.reduction_folder import write_reduction
+    from ramiefenics.results.validation_folder import write_validation
+    from ramiefenics.validation import Validation, validate
 
 __all__ = [
     "EFFECTS",
@@ -103,6 +105,7 @@ __all__ = [
     "Stalk",
     "Stepping",
     "TextColumns",
+    "Validation",
     "calibrate",
     "check_anova",
     "converge",
@@ -129,6 +132,7 @@ __all__ = [
     "sensitivities",
     "simulate",
     "simulate_explicitly",
+    "validate",
     "write_calibration",
     "write_convergence",
     "write_dataset",
@@ -138,6 +142,7 @@ __all__ = [
     "write_reconciliation",
     "write_reduction",
     "write_test",
+    "write_validation",
 ]
 
 _ON_DEMAND = {
@@ -164,6 +169,9 @@ _ON_DEMAND = {
     "write_folder": "results.folder",
     "write_reconciliation": "results.reconcile_report",
     "write_reduction": "results.reduction_folder",
+    "Validation": "validation",
+    "validate": "validation",
+    "write_validation": "results.validation_folder",
 }
 
 

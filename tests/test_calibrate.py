@@ -236,6 +236,38 @@ def test_targets_may_come_from_a_data_set(
     assert found.fit.optimum.met
 
 
+def test_wishes_are_weighed_against_each_other(
+    screening: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
+) -> None:
+    # early the force rises with nu alone, late with mu too: low early and high late is nu at its
+    # least and mu at its most
+    goals = """
+[[responses]]
+name = "force_2mm_N"
+goal = { kind = "minimum", low = 20.0, high = 40.0 }
+[[responses]]
+name = "force_14mm_N"
+goal = { kind = "maximum", low = 100.0, high = 400.0 }
+"""
+    path = study_file(tmp_path, goals, **{"centres = 3": 'centres = 3\nalpha = "face"'})
+    found = calibrate(path, threads, tmp_path / "runs")
+    assert found.fit is None
+    desired = found.desired
+    assert desired is not None
+    mu, nu = np.meshgrid(np.linspace(0.05, 0.15, 201), np.linspace(0.2, 0.4, 201))
+    early, late = (10.0 * x * (1 + nu + 2 * nu**2) + 3.0 * mu * x**2 for x in (2.0, 14.0))
+    worth = np.sqrt(np.clip((40 - early) / 20, 0, 1) * np.clip((late - 100) / 300, 0, 1))
+    assert desired.worth == pytest.approx(worth.max(), rel=1e-3)
+    best = np.unravel_index(worth.argmax(), worth.shape)
+    assert desired.test.fixture.friction.dynamic == pytest.approx(mu[best], abs=1e-3)
+    layer = desired.test.stalk.layers[-1]
+    assert layer.material.elastic.nu_XY == pytest.approx(nu[best], abs=2e-3)
+    out = write_calibration(found, tmp_path / "out")
+    assert rf.read_test(out / "desirable.toml") == desired.test
+    assert (out / "desirability.png").exists()
+    assert f"Most desirable, {desired.worth:.3g} of 1" in (out / "report.html").read_text()
+
+
 def test_responses_of_a_known_curve() -> None:
     # a parabola F = 12 x - x^2, sampled finely: top 36 at 6
     x = np.linspace(0.0, 10.0, 2001)
@@ -288,6 +320,11 @@ def test_the_published_study_is_that_of_the_paper() -> None:
         ("target = 100", "target = 100\ndataset = 'd'", "must be left out beside a target"),
         ("error = 2", "", "error must be given with a target"),
         ("error = 2", "error = 0", "error = 0 must be a number above 0"),
+        (
+            "error = 2",
+            'error = 2\ngoal = { kind = "most", low = 1.0, high = 2.0 }',
+            "goal.kind = 'most' must be one of target, maximum, minimum",
+        ),
         ('title = "Two', 'model = "cubic"\ntitle = "Two', "model = 'cubic' must be one of"),
         ('title = "Two', 'folder = "x"\ntitle = "Two', "is set by where the study lies"),
     ],

@@ -12,7 +12,8 @@ import pandas as pd
 
 from ramiefenics.calibration.campaign import Campaign, Outcome, run_campaign
 from ramiefenics.calibration.designs import Design
-from ramiefenics.calibration.factors import Space
+from ramiefenics.calibration.desirability import Goal, most_desirable, overall
+from ramiefenics.calibration.factors import Array, Space
 from ramiefenics.calibration.identifiability import (
     Information,
     Profile,
@@ -62,6 +63,33 @@ class Fit:
 
 
 @dataclass(frozen=True)
+class Desired:
+    """What the wishes make of the surfaces.
+
+    Attributes
+    ----------
+    surfaces, goals
+        The responses that a wish is on.
+    best
+        The most desirable point; coded, (k,).
+    worth
+        Overall desirability there; 0 where no point meets all wishes.
+    test
+        The specification there.
+    """
+
+    surfaces: tuple[Surface, ...]
+    goals: tuple[Goal, ...]
+    best: Array
+    worth: float
+    test: BendingTest
+
+    def of(self, points: Array) -> Array:
+        """Return the overall desirability at coded points, shape (n,)."""
+        return overall(self.surfaces, self.goals, points)
+
+
+@dataclass(frozen=True)
 class Calibration:
     """A study that was done.
 
@@ -81,6 +109,8 @@ class Calibration:
         By response.
     fit
         None if nothing was measured.
+    desired
+        None if there are no wishes.
     """
 
     study: Study
@@ -90,7 +120,8 @@ class Calibration:
     campaign: Campaign
     runs: pd.DataFrame
     surfaces: dict[str, Surface]
-    fit: Fit | None
+    fit: Fit | None = None
+    desired: Desired | None = None
 
     @property
     def completed(self) -> bool:
@@ -103,6 +134,8 @@ class Calibration:
         if self.fit is not None:
             fit = self.fit
             told += in_words(self.space, fit.profiles, fit.information)
+        if self.desired is not None:
+            told.append(self._desired_in_words(self.desired))
         for run, ending in zip(self.runs["run"], self.runs["ending"], strict=True):
             if ending != "completed":
                 told.append(f"Run {run} did not complete: {ending}.")
@@ -135,6 +168,18 @@ class Calibration:
                 "as an error of the model in what follows."
             )
         return told
+
+    def _desired_in_words(self, desired: Desired) -> str:
+        if desired.worth == 0.0:
+            return "No point of the region meets all wishes: its desirability is 0 everywhere."
+        at = self.space.natural(desired.best)
+        values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(self.space.names, at, strict=True))
+        there = ", ".join(
+            f"{response(s.response).title} {s.predict(desired.best[None])[0]:.4g} "
+            f"{response(s.response).unit}"
+            for s in desired.surfaces
+        )
+        return f"Most desirable, {desired.worth:.3g} of 1: {values}, with {there}."
 
     def _range(self, name: str) -> str:
         values = self.runs[name]
@@ -175,6 +220,7 @@ def calibrate(
     targets = study.targets()
     on_stage("simulating", study.distinct)
     found = respond(study, executor, folder, on_done)
+    found = replace(found, desired=_desire(found))
     if targets is None:
         return found
     used = tuple(found.surfaces[name] for name in targets.names)
@@ -214,7 +260,17 @@ def respond(
         name: select_surface(name, space.names, design.coded, runs[name].to_numpy(), model, rule)
         for name in (wanted.name for wanted in study.responses)
     }
-    return Calibration(study, baseline, space, design, campaign, runs, surfaces, None)
+    return Calibration(study, baseline, space, design, campaign, runs, surfaces)
+
+
+def _desire(found: Calibration) -> Desired | None:
+    wishes = {w.name: w.goal for w in found.study.responses if w.goal is not None}
+    if not wishes:
+        return None
+    surfaces, goals = tuple(found.surfaces[name] for name in wishes), tuple(wishes.values())
+    best, worth = most_desirable(surfaces, goals, found.design.region)
+    (test,) = found.space.tests(found.baseline, best[None])
+    return Desired(surfaces, goals, best, worth, test)
 
 
 def fit_targets(misfit: Misfit, space: Space, baseline: BendingTest) -> Fit:

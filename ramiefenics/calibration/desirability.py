@@ -12,6 +12,7 @@ from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.checks import check_choice, check_number
 
 KINDS = ("target", "maximum", "minimum")
 
@@ -41,10 +42,12 @@ class Goal:
 
     def __post_init__(self) -> None:
         """Check the kind and the order of the numbers."""
-        if self.kind not in KINDS:
-            raise SpecificationError("goal", self.kind, f"must be one of {', '.join(KINDS)}")
-        if not self.low < self.high:
-            raise SpecificationError("high", self.high, f"must be above low = {self.low:g}")
+        check_choice(self, "kind", KINDS)
+        check_number(self, "low")
+        check_number(self, "high", above=self.low)
+        check_number(self, "exponent", above=0.0)
+        if self.target is not None:
+            check_number(self, "target")
         inside = self.target is not None and self.low < self.target < self.high
         if self.kind == "target" and not inside:
             raise SpecificationError("target", self.target, "must lie between low and high")

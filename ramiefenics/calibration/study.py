@@ -16,6 +16,7 @@ from ramiefenics.calibration.designs import (
     plackett_burman,
     sobol,
 )
+from ramiefenics.calibration.desirability import Goal
 from ramiefenics.calibration.factors import Array, Factor, Space
 from ramiefenics.calibration.misfit import Targets
 from ramiefenics.calibration.responses import response
@@ -94,12 +95,15 @@ class Wanted:
     dataset
         In their place, a folder of measured data beside the study: the mean of its specimens and
         the standard error of that mean.
+    goal
+        A wish on it; all wishes of a study are weighed against each other.
     """
 
     name: str
     target: float | None = None
     error: float | None = None
     dataset: str | None = None
+    goal: Goal | None = None
 
     def __post_init__(self) -> None:
         """Check that the response exists, and that a target has an error."""

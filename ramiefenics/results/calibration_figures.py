@@ -5,10 +5,10 @@ from __future__ import annotations
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
+from scipy import stats
 
-from ramiefenics.calibration.calibrate import Calibration, Fit
+from ramiefenics.calibration.calibrate import Calibration, Desired, Fit
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.identifiability import RISE
 from ramiefenics.calibration.optimum import level_points
@@ -16,6 +16,9 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.results.figures import BLUE, GREY, ORANGE, STYLE, VERMILION
 
 BINS = 40
+
+FILLING = 65536
+"""Points that fill the region, in a figure."""
 
 DRAWN = 4000
 """Points of a set, in a figure."""
@@ -64,6 +67,24 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
 
     Colour: the share of the other factors' values that serve.
     """
+    what = "Share of the other factors' values that serve"
+    points = found.design.region.sample(FILLING, seed=1)
+    least = fit.misfit.of(fit.optimum.best[None])
+    good = fit.misfit.of(points) <= least + fit.optimum.tolerance
+    return _map_figure(found, points, good.astype(float), "mean", fit.optimum.best, what)
+
+
+def desirability_figure(found: Calibration, desired: Desired) -> Figure:
+    """Draw the overall desirability over every two factors, the others chosen best."""
+    points = found.design.region.sample(FILLING, seed=1)
+    what = "Desirability, the other factors chosen best"
+    return _map_figure(found, points, desired.of(points), "max", desired.best, what)
+
+
+def _map_figure(
+    found: Calibration, points: Array, values: Array, statistic: str, best: Array, what: str
+) -> Figure:
+    """Draw what values at many points are in cells of every two factors, and the best point."""
     number = len(found.space.factors)
     with mpl.rc_context({**STYLE, "axes.grid": False}):
         side = 2.3 * (number - 1)
@@ -75,32 +96,23 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
                 if column >= row:
                     axes.set_axis_off()
                     continue
-                drawn = _share(axes, found, fit, column, row)
+                two = [column, row]
+                at = found.space.natural(points)[:, two]
+                cells, *edges, _ = stats.binned_statistic_2d(*at.T, values, statistic, bins=28)
+                drawn = axes.pcolormesh(
+                    *edges, cells.T, cmap="cividis", vmin=0.0, vmax=1.0, rasterized=True
+                )
+                star = found.space.natural(best)[two]
+                axes.plot(*star, "*", ms=11, color=VERMILION, mec="w", mew=0.8)
                 axes.tick_params(labelsize=7)
                 if row == number - 1:
                     axes.set_xlabel(found.space.factors[column].label, fontsize=7)
                 if column == 0:
                     axes.set_ylabel(found.space.factors[row].label, fontsize=7)
         bar = figure.colorbar(drawn, ax=grid, shrink=0.8)
-        what = "Share of the other factors' values that serve" if number > 2 else "As good"
         bar.set_label(what, fontsize=8)
         bar.ax.tick_params(labelsize=7)
     return figure
-
-
-def _share(axes: Axes, found: Calibration, fit: Fit, column: int, row: int) -> QuadMesh:
-    """Draw, for every value of two factors, how much of the others' range meets the targets."""
-    points = found.design.region.sample(65536, seed=1)
-    least = fit.misfit.of(fit.optimum.best[None])
-    good = fit.misfit.of(points) <= least + fit.optimum.tolerance
-    at = found.space.natural(points)[:, [column, row]]
-    edges = [np.linspace(at[:, i].min(), at[:, i].max(), 29) for i in (0, 1)]
-    every, some = (np.histogram2d(part[:, 0], part[:, 1], edges)[0] for part in (at, at[good]))
-    share = np.divide(some, every, out=np.full_like(every, np.nan), where=every > 0)
-    drawn = axes.pcolormesh(*edges, share.T, cmap="cividis", vmin=0.0, vmax=1.0, rasterized=True)
-    best = found.space.natural(fit.optimum.best)
-    axes.plot(best[column], best[row], "*", ms=11, color=VERMILION, mec="w", mew=0.8)
-    return drawn
 
 
 def level_figure(found: Calibration, fit: Fit) -> Figure:

@@ -13,6 +13,7 @@ import pandas as pd
 from ramiefenics.calibration.calibrate import Calibration, Fit
 from ramiefenics.results.calibration_figures import (
     curves_figure,
+    desirability_figure,
     level_figure,
     optimum_figure,
     posterior_figure,
@@ -39,8 +40,9 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
     ``quality.csv`` and ``diagnostics.csv`` the surfaces. Where something was measured:
     ``optimum_set.csv``, the best and other equally good parameters; ``identifiability.csv``, one
     row per parameter; ``information.csv``, one per combination; ``calibrated.toml`` for
-    ``ramiefenics bend``. ``summary.json`` is the manifest, ``report.html`` needs no other file.
-    Files of an earlier study are replaced; nothing appears half-written.
+    ``ramiefenics bend``. Where there are wishes: ``desirable.toml``. ``summary.json`` is the
+    manifest, ``report.html`` needs no other file. Files of an earlier study are replaced; nothing
+    appears half-written.
 
     Returns
     -------
@@ -54,13 +56,15 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
         write_test(found.baseline, made / "baseline.toml")
         if found.fit is not None:
             write_test(found.fit.test, made / "calibrated.toml")
+        if found.desired is not None:
+            write_test(found.desired.test, made / "desirable.toml")
         pictures = _draw(found, made)
         summary = summarise_calibration(found)
         (made / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
         (made / "report.html").write_text(report(found, summary, pictures), encoding="utf-8")
-        if found.fit is None:
-            for name in OF_A_FIT:
-                (folder / name).unlink(missing_ok=True)
+        stale = OF_A_FIT if found.fit is None else ()
+        for name in (*stale, *(() if found.desired else ("desirable.toml",))):
+            (folder / name).unlink(missing_ok=True)
     return folder
 
 
@@ -75,6 +79,8 @@ def _draw(found: Calibration, folder: Path) -> list[Path]:
             figures["level"] = level_figure(found, found.fit)
         figures["profiles"] = profile_figure(found, found.fit)
         figures["posterior"] = posterior_figure(found, found.fit)
+    if found.desired is not None and len(found.space.factors) > 1:
+        figures["desirability"] = desirability_figure(found, found.desired)
     for name, surface in found.surfaces.items():
         if len(found.space.factors) > 1:
             figures[f"contours_{name}"] = contour_figure(found, name)
@@ -187,6 +193,12 @@ def summarise_calibration(found: Calibration) -> dict[str, Any]:
     }
     if found.fit is not None:
         summary |= _summarise_fit(found, found.fit)
+    if found.desired is not None:
+        best = found.space.natural(found.desired.best)
+        summary["desirable"] = {
+            "natural": dict(zip(found.space.names, best, strict=True)),
+            "desirability": found.desired.worth,
+        }
     summary |= {
         "study": _study(found),
         "mesh": found.baseline.numerics.mesh.name,

@@ -20,6 +20,7 @@ CAPTIONS = {
     "serve, over every two. Star: the point of the set nearest to the centre of the ranges, which "
     "is as good as any other. Where no point meets the targets: all that miss them about as "
     "much.",
+    "desirability": "How far all wishes are met together. Star: the most desirable point.",
     "level": "Where the response is exactly the target, and a standard error beside: any point of "
     "the surface is as good as any other.",
     "profiles": "Profile likelihood: how much chi-squared rises when one parameter is moved and "
