@@ -323,7 +323,7 @@ def test_the_published_study_is_that_of_the_paper() -> None:
         (
             "error = 2",
             'error = 2\ngoal = { kind = "most", low = 1.0, high = 2.0 }',
-            "goal.kind = 'most' must be one of target, maximum, minimum",
+            "goal.kind = 'most' must be one of 'target', 'maximum', 'minimum'",
         ),
         ('title = "Two', 'model = "cubic"\ntitle = "Two', "model = 'cubic' must be one of"),
         ('title = "Two', 'folder = "x"\ntitle = "Two', "is set by where the study lies"),
