@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ramiefenics.calibration.campaign import Campaign, Outcome, run_campaign
+from ramiefenics.calibration.campaign import Campaign, Outcome, run_campaign, workers
 from ramiefenics.calibration.designs import Design
 from ramiefenics.calibration.desirability import Goal, most_desirable, overall
 from ramiefenics.calibration.factors import Array, Space
@@ -219,14 +219,15 @@ def calibrate(
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
     on_stage("simulating", study.distinct)
-    found = respond(study, executor, folder, on_done)
-    found = replace(found, desired=_desire(found))
-    if targets is None:
-        return found
-    used = tuple(found.surfaces[name] for name in targets.names)
-    fit = fit_targets(Misfit(used, targets, found.design.region), found.space, found.baseline)
-    on_stage("confirming", 1)
-    (outcome,) = run_campaign([fit.test], executor, folder, on_done).outcomes
+    with workers(executor) as pool:
+        found = respond(study, pool, folder, on_done)
+        found = replace(found, desired=_desire(found))
+        if targets is None:
+            return found
+        used = tuple(found.surfaces[name] for name in targets.names)
+        fit = fit_targets(Misfit(used, targets, found.design.region), found.space, found.baseline)
+        on_stage("confirming", 1)
+        (outcome,) = run_campaign([fit.test], pool, folder, on_done).outcomes
     return replace(found, fit=replace(fit, confirmation=outcome))
 
 

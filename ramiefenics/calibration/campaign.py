@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky import ProcessPoolExecutor
 from mpi4py import MPI
 
 from ramiefenics.kept import KeptRun, KeptRuns
@@ -112,24 +113,41 @@ def run_campaign(
     on_done(len(outcomes))
     left = {key: test for key, test in distinct.items() if key not in outcomes}
     if left:
-        pool: Executor = executor or get_reusable_executor(max_workers=len(os.sched_getaffinity(0)))
-        futures = {pool.submit(simulate_kept, test, folder): key for key, test in left.items()}
-        try:
-            for future in as_completed(futures):
-                key = futures[future]
-                error = future.exception()
-                if isinstance(error, KeyboardInterrupt):
-                    raise error
-                run = None if error is not None else future.result()
-                outcomes[key] = Outcome(left[key], run, "" if error is None else str(error))
-                on_done(1)
-        except BaseException:
-            for future in futures:
-                future.cancel()
-            if executor is None:
-                get_reusable_executor().shutdown(wait=True, kill_workers=True)
-            raise
+        with workers(executor) as pool:
+            futures = {pool.submit(simulate_kept, test, folder): key for key, test in left.items()}
+            try:
+                for future in as_completed(futures):
+                    key = futures[future]
+                    error = future.exception()
+                    if isinstance(error, KeyboardInterrupt):
+                        raise error
+                    run = None if error is not None else future.result()
+                    outcomes[key] = Outcome(left[key], run, "" if error is None else str(error))
+                    on_done(1)
+            except BaseException:
+                for future in futures:
+                    future.cancel()
+                raise
     return Campaign(tuple(outcomes[kept.key(test)] for test in tests), len(left))
+
+
+@contextmanager
+def workers(executor: Executor | None = None) -> Iterator[Executor]:
+    """Lend an executor: the given one, or as many local processes as there are cores.
+
+    The local ones start when there is work, and end with the block, at once where it fails.
+    """
+    if executor is not None:
+        yield executor
+        return
+    # not joblib's reusable one, which its own Parallel, used elsewhere, expects for itself
+    pool = ProcessPoolExecutor(max_workers=len(os.sched_getaffinity(0)))
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=True, kill_workers=True)
+        raise
+    pool.shutdown()
 
 
 def simulate_kept(test: BendingTest, folder: Path | None = None) -> KeptRun:

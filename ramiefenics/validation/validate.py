@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
 from ramiefenics.calibration.calibrate import respond
-from ramiefenics.calibration.campaign import run_campaign
+from ramiefenics.calibration.campaign import Campaign, run_campaign, workers
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.optimum import LEVEL, nearest
+from ramiefenics.specification import BendingTest
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
@@ -51,19 +53,19 @@ def validate(
     parts = {observation.name: study.of(observation) for observation in study.observations}
     targets = {name: part.targets() for name, part in parts.items()}
     on_stage("simulating", sum(part.distinct for part in parts.values()))
-    observed = {}
-    for observation in study.observations:
-        name, target = observation.name, targets[observation.name]
-        assert target is not None  # every observation has one
-        found = respond(parts[name], executor, folder, on_done)
-        value, error = float(target.values[0]), float(target.errors[0])
-        observed[name] = Observed(value, error, observation.published, found)
-    assessments = []
-    for split in study.splits:
-        on_stage(
-            f"calibrated on {', '.join(split.on)}", len(study.predicted(split)) + len(split.on)
-        )
-        assessments.append(_assess(study, split, observed, executor, folder, on_done))
+    observed, assessments = {}, []
+    with workers(executor) as pool:
+        for observation in study.observations:
+            name, target = observation.name, targets[observation.name]
+            assert target is not None  # every observation has one
+            found = respond(parts[name], pool, folder, on_done)
+            value, error = float(target.values[0]), float(target.errors[0])
+            observed[name] = Observed(value, error, observation.published, found)
+        run = partial(run_campaign, executor=pool, folder=folder, on_done=on_done)
+        for split in study.splits:
+            number = len(split.on) + len(study.predicted(split))
+            on_stage(f"calibrated on {', '.join(split.on)}", number)
+            assessments.append(_assess(study, split, observed, run))
     return Validation(study, observed, tuple(assessments))
 
 
@@ -71,9 +73,7 @@ def _assess(
     study: ValidationStudy,
     split: Split,
     observed: Mapping[str, Observed],
-    executor: Executor | None,
-    folder: Path | None,
-    on_done: Callable[[int], None],
+    run: Callable[[list[BendingTest]], Campaign],
 ) -> Assessment:
     names = (*split.on, *study.predicted(split))
     surfaces = {name: observed[name].found.surfaces[study.response] for name in names}
@@ -92,7 +92,7 @@ def _assess(
     tests = [
         observed[n].found.space.tests(observed[n].found.baseline, best[None])[0] for n in names
     ]
-    outcomes = run_campaign(tests, executor, folder, on_done).outcomes
+    outcomes = run(tests).outcomes
 
     def predictions(weighted: Weighted) -> dict[str, Prediction]:
         return {name: Prediction(weighted, surface) for name, surface in surfaces.items()}
