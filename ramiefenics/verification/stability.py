@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.model.ellipticity import smallest_acoustic_eigenvalue
+from ramiefenics.specification import Material
 from ramiefenics.specification.published import PHLOEM
-from ramiefenics.verification.constants import LAWS
+from ramiefenics.verification.constants import MATERIALS
 from ramiefenics.verification.point import Point
 from ramiefenics.verification.study import Array, Plot, Series, Study, at_least, near
 
@@ -16,12 +17,12 @@ FINE = 0.0005
 COMPRESSIONS = np.concatenate([np.arange(0.0, 0.03, FINE), np.arange(0.03, 0.101, 0.005)])
 
 
-def limits(law: str) -> Array:
+def limits(law: str, material: Material) -> Array:
     """Return the axial compression at which ellipticity is lost, one per transverse stretch.
 
     NaN where it is not lost within the range.
     """
-    point = Point(law, PHLOEM)
+    point = Point(law, material)
     tangents = [
         point.tangent(np.diag([1.0, stretch, 1.0 - compression]))
         for stretch in STRETCHES
@@ -34,15 +35,15 @@ def limits(law: str) -> Array:
 
 
 def stability() -> Study:
-    """Map all laws with the constants of the phloem."""
-    lost = {law: limits(law) for law in LAWS}
+    """Map all laws with the constants of the phloem, or of its matrix alone."""
+    lost = {law: limits(law, list(layers.values())[-1]) for law, layers in MATERIALS.items()}
     elastic = PHLOEM.elastic
     collapse = float(STRETCHES[lost["svk"] == 0.0].max())
     kink = elastic.G_XZ_MPa / elastic.E_Z_MPa
     return Study(
         "Stability of the laws under crushing",
         "A point of the phloem is crushed along Y to a stretch and compressed along the fibres, "
-        "held along X. The table has the axial compression at which the acoustic tensor is no "
+        "held along X (for the law isotropic: of a material with its E_X and nu_XY). The table has the axial compression at which the acoustic tensor is no "
         f"longer positive (empty: not within {COMPRESSIONS[-1]:.0%}). Fibres with a linear law "
         "kink where their stress reaches the shear modulus, at a strain of G_XZ / E_Z "
         f"= {kink:.2%} (Rosen 1965); St. Venant-Kirchhoff collapses under uniaxial strain at a "
