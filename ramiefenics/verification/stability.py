@@ -43,7 +43,8 @@ def stability() -> Study:
     return Study(
         "Stability of the laws under crushing",
         "A point of the phloem is crushed along Y to a stretch and compressed along the fibres, "
-        "held along X (for the law isotropic: of a material with its E_X and nu_XY). The table has the axial compression at which the acoustic tensor is no "
+        "held along X; for the law isotropic, one with the same E_X and nu_XY and no fibres. The "
+        "table has the axial compression at which the acoustic tensor is no "
         f"longer positive (empty: not within {COMPRESSIONS[-1]:.0%}). Fibres with a linear law "
         "kink where their stress reaches the shear modulus, at a strain of G_XZ / E_Z "
         f"= {kink:.2%} (Rosen 1965); St. Venant-Kirchhoff collapses under uniaxial strain at a "
