@@ -70,8 +70,9 @@ def _names(table: pd.DataFrame) -> list[str]:
 
 def nuisance_figure(found: Validation, assessment: Assessment) -> Figure:
     """Draw how far each factor moves the predictions, before and after the calibration."""
-    table = found.swings(assessment).groupby("factor", sort=False)[["before", "after"]].mean()
-    order = table["before"].abs().sort_values().index
+    swings = found.swings(assessment).set_index("factor")[["before", "after"]].abs()
+    table = swings.groupby(level=0).mean()  # of sizes: what lifts one stalk may lower another
+    order = table["before"].sort_values().index
     rows = np.arange(len(order))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.8, 0.42 * len(order) + 1.5), layout="constrained")
@@ -80,6 +81,6 @@ def nuisance_figure(found: Validation, assessment: Assessment) -> Figure:
         axes.barh(rows - 0.2, table.loc[order, "after"], 0.38, color=BLUE, label="after")
         titles = {f.name: f.title or f.name for f in found.study.factors}
         axes.set_yticks(rows, [titles[name] for name in order], fontsize=8)
-        axes.set_xlabel("Predicted, upper less lower fifth of the factor's range (%)")
+        axes.set_xlabel("Change of a prediction, lower to upper fifth of the factor's range (%)")
         axes.legend(title="the calibration", fontsize=8, title_fontsize=8, frameon=False)
     return figure

@@ -18,7 +18,8 @@ from ramiefenics.validation import Validation
 
 CAPTIONS = {
     "predictions": "What was measured, and what each predictor says. Star: calibrated on.",
-    "nuisance": "How far a factor moves the predictions, on average over the stalks predicted.",
+    "nuisance": "How far a factor moves the predictions, on average over the stalks predicted. No "
+    "bar: the calibration rules out one of the fifths.",
 }
 
 
