@@ -81,6 +81,6 @@ def nuisance_figure(found: Validation, assessment: Assessment) -> Figure:
         axes.barh(rows - 0.2, table.loc[order, "after"], 0.38, color=BLUE, label="after")
         titles = {f.name: f.title or f.name for f in found.study.factors}
         axes.set_yticks(rows, [titles[name] for name in order], fontsize=8)
-        axes.set_xlabel("Change of a prediction, lower to upper fifth of the factor's range (%)")
-        axes.legend(title="the calibration", fontsize=8, title_fontsize=8, frameon=False)
+        axes.set_xlabel("Change of a prediction over the range (%)")
+        axes.legend(title="the calibration", fontsize=8, title_fontsize=8, loc="lower right")
     return figure
