@@ -19,7 +19,8 @@ from ramiefenics.validation import Validation
 CAPTIONS = {
     "predictions": "What was measured, and what each predictor says. Star: calibrated on.",
     "nuisance": "How far a factor moves the predictions, from the lower to the upper fifth of its "
-    "range, on average over the stalks predicted and all other factors. No bar: the calibration rules out one of the fifths.",
+    "range, on average over the stalks predicted and all other factors. No bar: the calibration "
+    "rules out one of the fifths.",
 }
 
 
