@@ -94,6 +94,21 @@ def test_level_points_lie_on_the_level_and_all_over_it() -> None:
     assert len(level_points(surface, 100.0, region, 500)) == 0
 
 
+@pytest.mark.parametrize("alpha", ["rotatable", "face"])
+@pytest.mark.parametrize("value", [0.0, 6.0])
+def test_one_number_never_determines_a_parameter_of_three(alpha: str, value: float) -> None:
+    # wherever the target lies, more of one factor can be had for less of the others: only the
+    # region's edge stops that
+    misfit = misfit_of([plane(10.0, 10.0, 10.0)], [value], [0.1], 3, alpha)
+    optimum, used = find_optimum(misfit)
+    for number in range(3):
+        assert profile(used, number, optimum.best).verdict == "not determined"
+    space = Space(tuple(Factor(f"X{i}", (f"k{i}",), 0.0, 1.0) for i in range(3)))
+    profiles = [profile(used, number, optimum.best) for number in range(3)]
+    told = in_words(space, profiles, information(used, optimum.best))
+    assert "One combination of the 3 parameters is determined" in told[-1]
+
+
 def test_desirabilities_are_those_of_derringer_and_suich() -> None:
     target = Goal("target", 2.0, 6.0, 3.0, exponent=2.0)
     values = np.array([1.0, 2.0, 2.5, 3.0, 4.5, 6.0, 7.0])
@@ -160,8 +175,11 @@ def test_one_number_does_not_fix_two_parameters() -> None:
     misfit = misfit_of([plane(3.0, 4.0)], [0.5], [0.1])
     optimum, used = find_optimum(misfit)
     profiles = [profile(used, factor, optimum.best) for factor in range(2)]
-    # 3 X1 + 4 X2 = 0.5 +- 0.2 within [-1, 1]: X1 may be anything, X2 at most (0.5 + 0.2 + 3) / 4
-    assert [found.verdict for found in profiles] == ["not determined", "determined"]
+    # 3 X1 + 4 X2 = 0.5 +- 0.2 within [-1, 1]: X1 may be anything, X2 at most (0.5 + 0.2 + 3) / 4,
+    # but only because X1 may not be less than -1
+    assert [found.verdict for found in profiles] == ["not determined", "not determined"]
+    assert profiles[0].by_others == (False, False)
+    assert profiles[1].by_others == (True, True)
     assert profiles[1].high == pytest.approx((0.5 + 1.96 * 0.1 + 3.0) / 4.0, abs=2e-3)
     assert profiles[1].low == pytest.approx((0.5 - 1.96 * 0.1 - 3.0) / 4.0, abs=2e-3)
     known = information(used, optimum.best)
@@ -176,7 +194,8 @@ def test_one_number_does_not_fix_two_parameters() -> None:
         )
     )
     told = " ".join(in_words(space, profiles, known))
-    assert "X1 is not determined by these data" in told
+    assert "X1 is not determined by these data: with the others adjusted" in told
+    assert "X2 is not determined by these data: it is the ranges of the others" in told
     assert "One combination of the 2 parameters is determined" in told
     assert "0.60 X1 +0.80 X2" in told
 

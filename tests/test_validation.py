@@ -121,7 +121,8 @@ def line(measured: float, error: float) -> Misfit:
 
 def test_predictions_are_those_of_bayes_rule() -> None:
     # a is normal, 0.2 with deviation 0.1, far from the ends of its flat prior; b stays flat
-    weighted = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
+    weighted, met = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
+    assert met
     low, median, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
     assert median == pytest.approx(21.6, abs=0.02)
     # a part in a hundred of the width: 32768 points, of which an eighth share the weight
@@ -132,8 +133,22 @@ def test_predictions_are_those_of_bayes_rule() -> None:
     assert weighted.effective == pytest.approx(expected, rel=0.05)
 
 
+def test_what_is_out_of_reach_leaves_wide_intervals() -> None:
+    # 10 + 5 a is 15 at most, 5 below: as an error of the model that leaves all of a open, more or
+    # less: deviations are counted from 15 in units of hypot(5, 0.5)
+    weighted, met = condition(line(20.0, 0.5), prior(line(20.0, 0.5)))
+    assert not met
+    low, _, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
+    a = np.linspace(-1.0, 1.0, 20001)
+    density = np.exp(-0.5 * ((10.0 - 5.0 * a) ** 2) / (25.0 + 0.25))
+    below = np.cumsum(density) / density.sum()
+    assert [low, high] == pytest.approx(
+        [20.0 + 8.0 * np.interp(q, below, a) for q in (0.025, 0.975)], abs=0.05
+    )
+
+
 def test_an_equal_surface_predicts_what_was_measured() -> None:
-    weighted = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
+    weighted, _ = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
     assert Prediction(weighted, plane(5.0, 0.0, constant=10.0)).mean == pytest.approx(
         11.0, abs=0.01
     )
@@ -142,7 +157,7 @@ def test_an_equal_surface_predicts_what_was_measured() -> None:
 def test_swing_is_from_fifth_to_fifth() -> None:
     before = prior(line(11.0, 0.5))
     assert Prediction(before, plane(8.0, 3.0)).swing(0) == pytest.approx(8.0 * 1.6, rel=0.01)
-    after = condition(line(11.0, 0.5), before)
+    after, _ = condition(line(11.0, 0.5), before)
     assert Prediction(after, plane(8.0, 3.0)).swing(1) == pytest.approx(3.0 * 1.6, rel=0.02)
     assert math.isnan(Prediction(after, plane(8.0, 3.0)).swing(0))  # both ends are ruled out
 

@@ -29,6 +29,9 @@ GRID = 41
 ROUNDING = 1e-12
 """Of the largest eigenvalue, below which another is none."""
 
+EDGE = 1e-3
+"""Of the region's size, within which a point lies at its edge."""
+
 NEGLIGIBLE = 0.02
 """Share of a range: an end of an interval that cuts off less is none."""
 
@@ -47,19 +50,25 @@ class Profile:
         Of chi-squared above its least value.
     low, high
         Ends of the 95 % interval, coded; None where the region ends before.
+    by_others
+        Of either end, whether it is where it is only because the others have come to the edge of
+        the region and cannot make up for more: wider ranges of theirs would move it.
     """
 
     at: Array
     rise: Array
     low: float | None
     high: float | None
+    by_others: tuple[bool, bool] = (False, False)
 
     @property
     def verdict(self) -> str:
         """Return ``determined``, ``bounded below``, ``bounded above`` or ``not determined``."""
-        if self.low is None:
-            return OPEN if self.high is None else BELOW
-        return ABOVE if self.high is None else DETERMINED
+        below = self.low is not None and not self.by_others[0]
+        above = self.high is not None and not self.by_others[1]
+        if not below:
+            return BELOW if above else OPEN
+        return DETERMINED if above else ABOVE
 
     @property
     def share(self) -> float:
@@ -113,19 +122,31 @@ def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
     """
     reach = misfit.region.reach
     at = np.unique(np.append(np.linspace(-reach, reach, GRID), best[factor]))
-    least = np.array([misfit.least((factor, value))[1] for value in at])
+    points, values = zip(*(misfit.least((factor, value)) for value in at), strict=True)
+    least = np.array(values)
     rise = least - min(least.min(), float(misfit.of(best[None])[0]))
     inside = np.flatnonzero(rise <= RISE)
     first, last = int(inside[0]), int(inside[-1])
     low = None if first == 0 else _crossing(at, rise, first, first - 1)
     high = None if last == len(at) - 1 else _crossing(at, rise, last, last + 1)
     least_cut = NEGLIGIBLE * (at[-1] - at[0])
-    return Profile(
-        at,
-        rise,
-        None if low is None or low - at[0] < least_cut else low,
-        None if high is None or at[-1] - high < least_cut else high,
+    low = None if low is None or low - at[0] < least_cut else low
+    high = None if high is None or at[-1] - high < least_cut else high
+    by_others = (
+        low is not None and _others_at_edge(misfit, factor, points[first - 1]),
+        high is not None and _others_at_edge(misfit, factor, points[last + 1]),
     )
+    return Profile(at, rise, low, high, by_others)
+
+
+def _others_at_edge(misfit: Misfit, factor: int, point: Array) -> bool:
+    """Return whether the factors that were adjusted can go no further."""
+    region, others = misfit.region, np.delete(point, factor)
+    if not len(others):
+        return False
+    inside = 1.0 - EDGE
+    at_bound = float(np.abs(others).max()) >= inside * region.reach
+    return bool(at_bound or np.linalg.norm(point) >= inside * region.radius)
 
 
 def _crossing(at: Array, rise: Array, inside: int, outside: int) -> float:
@@ -181,6 +202,11 @@ def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
     ends = [found.at[0] if found.low is None else found.low]
     ends.append(found.at[-1] if found.high is None else found.high)
     low, high = natural(ends[0]), natural(ends[1])
+    if found.verdict == OPEN and any(found.by_others):
+        return (
+            f"{name} is not determined by these data: it is the ranges of the others, which can "
+            f"make up for it no further, that keep it between {low} and {high}."
+        )
     if found.verdict == OPEN:
         return (
             f"{name} is not determined by these data: with the others adjusted, values from {low} "
@@ -190,7 +216,9 @@ def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
         left = f"{100.0 * found.share:.0f} % of its range"
         return f"{name} is determined: {low} to {high} (95 %), which is {left}."
     side = f"at least {low}" if found.verdict == ABOVE else f"at most {high}"
-    return f"{name} is bounded on one side only: {side} (95 %); its range ends before the other."
+    return (
+        f"{name} is bounded on one side only: {side} (95 %); on the other only the ranges end it."
+    )
 
 
 def _direction(space: Space, row: Array) -> str:

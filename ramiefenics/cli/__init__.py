@@ -104,7 +104,7 @@ def discover_command(
         list[str] | None,
         typer.Option(metavar="FILE.py", help="More suspects, defined in a Python file."),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the draws behind probabilities.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
     folder = check_writable(out or Path("results") / Path(dataset).resolve().name)
@@ -181,3 +181,7 @@ def main() -> None:
         if first:
             typer.echo(f"ramiefenics: {error}", err=True)
         sys.exit(2)
+    except OSError as error:  # a full disk, a folder that is taken away
+        if first:
+            typer.echo(f"ramiefenics: {error}", err=True)
+        sys.exit(1)

@@ -65,7 +65,7 @@ def reduce_command(
     by: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Of specimens.csv, that names the groups.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the resampling behind intervals.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the resampling behind intervals.")] = 0,
 ) -> None:
     """Reduce measured curves to slopes, peaks, energies and strengths, by group."""
     folder = check_writable(out or Path("results") / f"{Path(dataset).resolve().name}-reduced")

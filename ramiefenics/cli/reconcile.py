@@ -24,7 +24,7 @@ def reconcile_command(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME-reconciled if none.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the draws behind the probability.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind the probability.")] = 0,
 ) -> None:
     """Repair a misprinted central composite design by what was published about it."""
     folder = check_writable(out or Path("results") / f"{Path(table).stem}-reconciled")

@@ -112,7 +112,6 @@ def reduce_section(specimen: Specimen, numbers: CurveNumbers) -> dict[str, float
     outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm
     upright = equations.section_modulus(outer, inner, height)
     turned = equations.section_modulus(height, inner * height / outer, outer)
-    area = equations.section_area(outer, inner, height)
     slope = numbers.slope_N_per_mm
     return {
         "span_mm": span,
@@ -123,5 +122,7 @@ def reduce_section(specimen: Specimen, numbers: CurveNumbers) -> dict[str, float
         "strength_MPa": equations.maximum_stress(numbers.peak_N, span, upright),
         "strength_turned_MPa": equations.maximum_stress(numbers.peak_N, span, turned),
         "bending_modulus_MPa": equations.bending_modulus(slope, span, outer, inner, height),
-        "shear_modulus_MPa": 2.0 * equations.shear_stiffness(slope, 1.0, span) / area,
+        "shear_modulus_MPa": equations.shear_modulus(
+            equations.shear_stiffness(slope, 1.0, span), outer, inner, height
+        ),
     }

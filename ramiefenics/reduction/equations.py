@@ -23,8 +23,8 @@ def shear_stiffness(
     load_N: Any,
     deflection_mm: Any,
     span_mm: Any,
-    overhang_deflection_mm: Any = 0.0,
-    overhang_mm: Any = math.inf,
+    overhang_deflection_mm: Any = None,
+    overhang_mm: Any = None,
 ) -> Any:
     """Return the shear stiffness U, N, of Eq. 1.
 
@@ -39,12 +39,23 @@ def shear_stiffness(
         deflects is put down to shear too, and U is too low.
     overhang_mm
         Length a of the overhang.
+
+    Raises
+    ------
+    ValueError
+        If one of the last two is given without the other.
     """
-    by_bending = overhang_deflection_mm * span_mm / (3.0 * overhang_mm)
+    if (overhang_deflection_mm is None) != (overhang_mm is None):
+        raise ValueError("overhang_deflection_mm and overhang_mm must be given together")
+    by_bending = 0.0
+    if overhang_mm is not None:
+        by_bending = overhang_deflection_mm * span_mm / (3.0 * overhang_mm)
     return load_N * span_mm / (4.0 * (deflection_mm - by_bending))
 
 
-def shear_modulus(shear_stiffness_N: Any, outer_mm: Any, inner_mm: Any = 0.0) -> Any:
+def shear_modulus(
+    shear_stiffness_N: Any, outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None
+) -> Any:
     """Return the shear modulus G, MPa, of Eq. 2, with 2.546 in place of the printed 2.564.
 
     The study calls it bending modulus of elasticity; see the head of this module. The coefficient
@@ -55,10 +66,10 @@ def shear_modulus(shear_stiffness_N: Any, outer_mm: Any, inner_mm: Any = 0.0) ->
     ----------
     shear_stiffness_N
         U of Eq. 1.
-    outer_mm, inner_mm
-        Diameters of the tube.
+    outer_mm, inner_mm, height_mm
+        As of `section_modulus`.
     """
-    return 2.0 * shear_stiffness_N / section_area(outer_mm, inner_mm)
+    return 2.0 * shear_stiffness_N / section_area(outer_mm, inner_mm, height_mm)
 
 
 def section_area(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -> Any:

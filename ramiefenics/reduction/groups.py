@@ -18,6 +18,9 @@ RESAMPLES = 9999
 NOT_NORMAL = 0.05
 """Of the Shapiro-Wilk test: below this probability the bootstrap's interval is the one to use."""
 
+ENOUGH = 20
+"""Values with which a bootstrap interval covers what it says; of five it covers 85 to 90 %."""
+
 COLUMNS = (
     "n",
     "mean",
@@ -38,8 +41,9 @@ def describe(values: Array, seed: int = 0) -> dict[str, object]:
 
     Student's interval holds for normal values. The other is the bias-corrected and accelerated
     bootstrap of 9999 resamples (Efron 1987). ``low`` and ``high`` are the one that ``interval``
-    names: the bootstrap's where Shapiro and Wilk's (1965) test finds the values not normal
-    (p < 0.05), else Student's. What so few values do not give is NaN.
+    names: the bootstrap's where Shapiro and Wilk's (1965) test finds 20 values or more not normal
+    (p < 0.05), else Student's, as the bootstrap's is too narrow for fewer. What so few values do
+    not give is NaN.
 
     Parameters
     ----------
@@ -64,7 +68,8 @@ def describe(values: Array, seed: int = 0) -> dict[str, object]:
         found["normal_p"] = normal = float(shapiro(values).pvalue)
         low, high = _bootstrap(values, seed)
         found |= {"bootstrap_low": low, "bootstrap_high": high}
-        if normal < NOT_NORMAL and math.isfinite(low) and math.isfinite(high):
+        many = number >= ENOUGH
+        if many and normal < NOT_NORMAL and math.isfinite(low) and math.isfinite(high):
             found["interval"] = "bootstrap"
     found["low"], found["high"] = (found[f"{found['interval']}_{end}"] for end in ("low", "high"))
     return found

@@ -29,8 +29,13 @@ from ramiefenics.specification.files import to_dict
 LISTED = 1000
 """Equally good points that are written."""
 
-OF_A_FIT = ("calibrated.toml", "optimum_set.csv", "identifiability.csv", "information.csv")
-"""Files that a study without targets has not."""
+MAYBE = (
+    *("calibrated.toml", "desirable.toml"),
+    *("optimum_set.csv", "identifiability.csv", "information.csv"),
+    *(f"{name}.png" for name in ("optimum", "level", "profiles", "posterior", "desirability")),
+    *("contours_*.png", "surface_*.png", "diagnostics_*.png"),
+)
+"""Files that not every study has."""
 
 
 def write_calibration(found: Calibration, folder: str | Path) -> Path:
@@ -50,7 +55,7 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
         The folder; made if it does not exist.
     """
     folder = Path(folder)
-    with draft(folder) as made:
+    with draft(folder, *MAYBE) as made:
         for name, table in tables(found).items():
             table.to_csv(made / f"{name}.csv", index=False, float_format="%.8g")
         write_test(found.baseline, made / "baseline.toml")
@@ -62,9 +67,6 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
         summary = summarise_calibration(found)
         (made / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
         (made / "report.html").write_text(report(found, summary, pictures), encoding="utf-8")
-        stale = OF_A_FIT if found.fit is None else ()
-        for name in (*stale, *(() if found.desired else ("desirable.toml",))):
-            (folder / name).unlink(missing_ok=True)
     return folder
 
 

@@ -18,27 +18,33 @@ from ramiefenics.specification import (
     write_test,
 )
 
+CURVES = "curves"
+"""Folder of the curves."""
+
 HEAD = """\
 # Measured data for `ramiefenics reduce` and `discover`; docs/discovery.md has what may be said.
 # Put the diameters into specimens.csv, and name their columns here, for instance
 #   [specimens]
 #   "stalk.void_diameter_mm" = "void_mm"
-# Displacement begins where the machine has it, at contact with zero = "toe" in [seating].
+#   "stalk.layers.phloem.outer_diameter_mm" = "diameter_mm"
+# Displacement begins where the machine has it; with zero = "threshold" in [seating] at contact,
+# with zero = "toe" where the first straight part would have no force.
 
 """
 
 
 def check_new(folder: Path) -> None:
-    """Check that a folder has no data set yet, which may have been edited.
+    """Check that a folder has no data set yet, which may have been edited, nor raw files.
 
     Raises
     ------
     SpecificationError
         If it has.
     """
-    if (folder / "dataset.toml").exists():
-        allowed = "must not have a dataset.toml yet; name another folder or remove that one"
-        raise SpecificationError("out", str(folder), allowed)
+    for name in ("dataset.toml", SPECIMENS, CURVES):
+        if (folder / name).exists():
+            allowed = f"must not have a {name} yet; name another folder"
+            raise SpecificationError("out", str(folder), allowed)
 
 
 def write_dataset(
@@ -74,7 +80,7 @@ def write_dataset(
         layout["speed_mm_per_min"] = speed_mm_per_min
     layout["fixture"] = {"span_mm": test.fixture.span_mm}
     rows = [
-        {"specimen": name, **_renamed(raw.header), "curve": f"curves/{name}.csv"}
+        {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
         for name, raw in curves.items()
     ]
     with draft(folder) as made:
@@ -84,9 +90,9 @@ def write_dataset(
         table = pd.DataFrame(rows)
         order = [*(name for name in table.columns if name != "curve"), "curve"]
         table[order].to_csv(made / SPECIMENS, index=False)
-        (made / "curves").mkdir()
+        (made / CURVES).mkdir()
         for name, raw in curves.items():
-            raw.curve.to_csv(made / "curves" / f"{name}.csv", index=False, float_format="%.8g")
+            raw.curve.to_csv(made / CURVES / f"{name}.csv", index=False, float_format="%.8g")
     return folder
 
 

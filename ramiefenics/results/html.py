@@ -13,7 +13,8 @@ import pandas as pd
 STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto;
 padding: 0 1rem; color: #222 } table { border-collapse: collapse } th, td { padding: .2rem .8rem;
 text-align: left; border-bottom: 1px solid #ccc } img { max-width: 100% }
-.lead { font-size: 1.2rem } figure { margin: 1.5rem 0 } figcaption { color: #555 }"""
+.lead { font-size: 1.2rem } .wide { overflow-x: auto }
+figure { margin: 1.5rem 0 } figcaption { color: #555 }"""
 
 
 def page(title: str, body: str) -> str:
@@ -44,7 +45,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
         return "".join(f"<{tag}>{html.escape(str(cell))}</{tag}>" for cell in cells)
 
     body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
-    return f"<table><tr>{line(head, 'th')}</tr>{body}</table>"
+    return f'<div class="wide"><table><tr>{line(head, "th")}</tr>{body}</table></div>'
 
 
 def frame(data: pd.DataFrame, digits: int = 4) -> str:

@@ -17,21 +17,23 @@ def prediction_figure(found: Validation, assessment: Assessment) -> Figure:
     table = found.table(assessment)
     rows = np.arange(len(table))[::-1]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.8, 0.62 * len(table) + 1.7), layout="constrained")
+        figure = Figure(figsize=(6.8, 0.75 * len(table) + 1.6), layout="constrained")
         axes = figure.subplots()
         axes.hlines(
-            rows,
+            rows - 0.06,
             table["prior_low"],
             table["prior_high"],
             color=GREY,
-            lw=1.2,
+            lw=1.5,
             label="uncalibrated, 95 %",
         )
-        axes.hlines(rows, table["low"], table["high"], color=SKY, lw=7.0, label="calibrated, 95 %")
-        axes.plot(table["calibrated"], rows, "|", color=BLUE, ms=12, mew=2.0, label="its median")
+        axes.hlines(
+            rows + 0.08, table["low"], table["high"], color=SKY, lw=6.0, label="calibrated, 95 %"
+        )
+        axes.plot(table["calibrated"], rows + 0.08, "|", color=BLUE, ms=9, mew=2.0, label="median")
         axes.errorbar(
             table["measured"],
-            rows + 0.22,
+            rows + 0.28,
             xerr=1.96 * table["standard_error"],
             fmt="o",
             color=VERMILION,
@@ -39,19 +41,12 @@ def prediction_figure(found: Validation, assessment: Assessment) -> Figure:
             capsize=3,
             label="measured, 95 %",
         )
-        if table["published"].notna().any():
-            axes.plot(
-                table["published"],
-                rows - 0.22,
-                "D",
-                color=ORANGE,
-                ms=5,
-                label="published simulation",
-            )
-        if table["rule"].notna().any():
-            axes.plot(
-                table["rule"], rows - 0.22, "s", color=PURPLE, ms=5, label="P L / 4 W constant"
-            )
+        for column, mark, colour, words, beside in (
+            ("published", "D", ORANGE, "published simulation", 0.2),
+            ("rule", "s", PURPLE, "P L / 4 W constant", 0.34),
+        ):
+            if table[column].notna().any():
+                axes.plot(table[column], rows - beside, mark, color=colour, ms=5, label=words)
         axes.set_yticks(rows, _names(table))
         axes.set_ylim(-0.6, len(table) - 0.4)
         axes.set_xlabel(found.response.label)

@@ -40,7 +40,7 @@ def write_validation(found: Validation, folder: str | Path) -> Path:
         The folder; made if it does not exist.
     """
     folder = Path(folder)
-    with draft(folder) as made:
+    with draft(folder, "predictions_*.png", "nuisance_*.png") as made:
         written = validation_tables(found)
         for name, content in written.items():
             content.to_csv(made / f"{name}.csv", index=False, float_format="%.8g")

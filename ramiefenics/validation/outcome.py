@@ -12,13 +12,13 @@ from ramiefenics.calibration.calibrate import Calibration
 from ramiefenics.calibration.campaign import Outcome
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.responses import Response, response
-from ramiefenics.validation.prediction import Prediction, weighted_quantiles
+from ramiefenics.validation.prediction import ENOUGH, Prediction, weighted_quantiles
 from ramiefenics.validation.study import Split, ValidationStudy
 
 PREDICTORS = {
     "calibrated": "the model, calibrated",
     "fixed": "the same with all nuisance factors at their defaults",
-    "uncalibrated": "the model as it is",
+    "uncalibrated": "the model, over all of its prior",
     "rule": "P L / 4 W constant",
     "published": "the published simulation",
 }
@@ -60,8 +60,6 @@ class Assessment:
     best
         Of the points that meet the measurements best, that nearest to the middle of the prior;
         coded, shape (k,).
-    effective
-        Number of points of the prior that share the posterior's weight.
     before, after, fixed
         Predictions by observation: by the prior; calibrated; calibrated with all nuisance factors
         at their baseline values.
@@ -75,7 +73,6 @@ class Assessment:
     reached: bool
     reached_fixed: bool
     best: Array
-    effective: float
     before: Mapping[str, Prediction]
     after: Mapping[str, Prediction]
     fixed: Mapping[str, Prediction]
@@ -146,7 +143,7 @@ class Validation:
         row |= {"prior_low": prior_low, "prior_high": prior_high}
         for predictor, value in said.items():
             row[predictor] = value
-            row[f"{predictor}_error_percent"] = 100.0 * (value / seen.value - 1.0)
+            row[f"{predictor}_error_percent"] = round(100.0 * (value / seen.value - 1.0), 6)
         # half the interval and twice the error, as independent
         allowed = np.hypot(
             1.96 * seen.error, (high - median) if seen.value > median else median - low
@@ -206,6 +203,9 @@ class Validation:
     def findings(self) -> list[str]:
         """Return what the validation says, in plain sentences."""
         told = [text for assessment in self.assessments for text in self._told(assessment)]
+        for name, seen in self.observed.items():
+            ends = zip(seen.found.runs["run"], seen.found.runs["ending"], strict=True)
+            told += [f"{name}: run {n} did not complete: {e}." for n, e in ends if e != "completed"]
         lost = [
             run.result is not None and "ellipticity" in run.result.losses_mm
             for seen in self.observed.values()
@@ -226,7 +226,8 @@ class Validation:
         if not assessment.reached:
             told.append(
                 "No values of the factors meet what they are calibrated on: the model is wrong, or "
-                "the priors are too narrow. The predictions are those of the nearest values."
+                "the priors are too narrow. What is left at the nearest counts as an error of the "
+                "model."
             )
         elif not assessment.reached_fixed:
             told.append(
@@ -238,6 +239,12 @@ class Validation:
             for what, error, number in scores[["what", "rms_percent", "number"]].to_numpy()
         ]
         told.append(f"Root mean square errors of prediction: {', '.join(errors)}.")
+        told += _winner(scores)
+        effective = next(iter(assessment.after.values())).weighted.effective
+        if effective < ENOUGH:
+            told.append(
+                f"Only {effective:.0f} points of the prior share the weight: intervals are rough."
+            )
         after, before = (
             50.0 * ((predicted[high] - predicted[low]) / predicted[middle]).mean()
             for low, middle, high in (
@@ -255,3 +262,15 @@ class Validation:
             f"prediction within both errors{'; not ' + ', '.join(missed) if missed else ''}."
         )
         return told
+
+
+def _winner(scores: pd.DataFrame) -> list[str]:
+    """Say whether the model predicts better than the rule, where there is one."""
+    errors = dict(zip(scores["predictor"], scores["rms_percent"], strict=True))
+    if "rule" not in errors:
+        return []
+    model, rule = errors["calibrated"], errors["rule"]
+    verdict = "better" if model < rule else "worse"
+    return [
+        f"The calibrated model predicts {verdict} than the rule: {model:.1f} against {rule:.1f} %."
+    ]

@@ -12,13 +12,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import stats
 
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.misfit import Misfit
+from ramiefenics.calibration.optimum import LEVEL
 from ramiefenics.calibration.surface import Surface
 
 DRAWS = 32768
 """Points that stand for the prior."""
+
+ENOUGH = 200.0
+"""Points that must share the weight for the ends of an interval to mean something."""
 
 LEVELS = (0.025, 0.5, 0.975)
 """Of quantiles: a 95 % interval and its middle."""
@@ -108,11 +113,24 @@ def prior(misfit: Misfit) -> Weighted:
     return Weighted(points, np.full(len(points), 1.0 / len(points)))
 
 
-def condition(misfit: Misfit, before: Weighted) -> Weighted:
-    """Return the points weighted by what was measured."""
+def condition(
+    misfit: Misfit, before: Weighted, nearest: Array | None = None
+) -> tuple[Weighted, bool]:
+    """Return the points weighted by what was measured, and whether that can be met.
+
+    If it is not met within the errors (95 %) at the nearest point, by default the best of the
+    weighted ones, what is left there counts as an error of the model, as in a calibration:
+    intervals would be narrow for no better reason than that the fit is bad.
+    """
+    if nearest is None:
+        nearest = before.points[misfit.of(before.points).argmin()]
+    least = float(misfit.of(nearest[None])[0])
+    met = bool(least <= stats.chi2.ppf(LEVEL, len(misfit.surfaces)))
+    if not met:
+        misfit = misfit.with_discrepancy(nearest)
     chi2 = misfit.of(before.points)
     weights = before.weights * np.exp(-0.5 * (chi2 - chi2.min()))
-    return Weighted(before.points, weights / weights.sum())
+    return Weighted(before.points, weights / weights.sum()), met
 
 
 def fix(before: Weighted, factors: Sequence[int], values: Array) -> Weighted:

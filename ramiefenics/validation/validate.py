@@ -8,12 +8,11 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy import stats
 
 from ramiefenics.calibration.calibrate import respond
 from ramiefenics.calibration.campaign import Campaign, run_campaign, workers
 from ramiefenics.calibration.misfit import Misfit, Targets
-from ramiefenics.calibration.optimum import LEVEL, nearest
+from ramiefenics.calibration.optimum import nearest
 from ramiefenics.specification import BendingTest
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
@@ -84,11 +83,12 @@ def _assess(
     misfit = Misfit(on, Targets(split.on, values, covariance), some.design.region)
 
     before = prior(misfit)
-    after = condition(misfit, before)
+    best = nearest(misfit)
+    after, reached = condition(misfit, before, best)
     baseline = [factor.baseline(some.baseline) for factor in study.factors]
     nuisance = [i for i, factor in enumerate(study.factors) if factor.name in study.nuisance]
     held = fix(before, nuisance, some.space.coded(np.array(baseline)))
-    best = nearest(misfit)
+    fixed, reached_fixed = condition(misfit, held)
     tests = [
         observed[n].found.space.tests(observed[n].found.baseline, best[None])[0] for n in names
     ]
@@ -99,13 +99,12 @@ def _assess(
 
     return Assessment(
         split,
-        _reached(misfit, before),
-        _reached(misfit, held),
+        reached,
+        reached_fixed,
         best,
-        after.effective,
         predictions(before),
         predictions(after),
-        predictions(condition(misfit, held)),
+        predictions(fixed),
         dict(zip(names, outcomes, strict=True)),
         _rule(study, split, {name: observed[name] for name in names}),
     )
@@ -119,8 +118,3 @@ def _rule(
         return dict.fromkeys(observed, np.nan)
     tests = {name: seen.found.baseline for name, seen in observed.items()}
     return by_strength(tests, {n: (observed[n].value, observed[n].error) for n in split.on})
-
-
-def _reached(misfit: Misfit, weighted: Weighted) -> bool:
-    least = float(misfit.of(weighted.points).min())
-    return least <= float(stats.chi2.ppf(LEVEL, len(misfit.surfaces)))
