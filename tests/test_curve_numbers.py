@@ -45,9 +45,14 @@ def test_noise_is_that_of_the_draws(spacing: str) -> None:
     assert noise(curve) == pytest.approx(0.3, rel=0.06)
 
 
-def test_noise_needs_three_displacements() -> None:
-    curve = pd.DataFrame({"displacement_mm": np.repeat([0.0, 1.0], 20), "force_N": np.arange(40.0)})
-    assert np.isnan(noise(curve))
+def test_noise_is_seen_where_displacement_is_recorded_in_steps() -> None:
+    curve = measured(0.3, 4000)
+    curve["displacement_mm"] = (curve["displacement_mm"] / 0.05).round() * 0.05  # 25 rows each
+    assert noise(curve) == pytest.approx(0.3, rel=0.06)
+
+
+def test_noise_needs_three_rows() -> None:
+    assert np.isnan(noise(pd.DataFrame({"displacement_mm": [0.0, 1.0], "force_N": [0.0, 1.0]})))
 
 
 @pytest.mark.parametrize(("sd", "within"), [(0.0, 1e-6), (0.2, 0.01), (1.0, 0.02)])

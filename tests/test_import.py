@@ -283,3 +283,31 @@ def test_command_refuses_in_one_sentence_and_writes_nothing(
         assert told in error
         assert error.count("\n") == 1
         assert not out.exists()
+
+
+@pytest.mark.parametrize("there", ["dataset.toml", "specimens.csv", "curves"])
+def test_what_is_in_the_folder_already_is_left_alone(there: str, tmp_path: Path) -> None:
+    travel = np.linspace(0.0, 5.0, 60)
+    raw = tmp_path / "stalk.txt"
+    np.savetxt(raw, np.column_stack([travel, 10.0 * travel]))
+    records = rf.import_columns([raw])
+    folder = tmp_path / "data"
+    own = folder / there
+    if there == "curves":
+        own.mkdir(parents=True)
+        own = own / "labbook.txt"
+    else:
+        folder.mkdir()
+    own.write_text("mine")
+    with pytest.raises(rf.SpecificationError, match=f"must not have a {there} yet"):
+        rf.write_dataset(records, folder)
+    assert own.read_text() == "mine"
+
+
+def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> None:
+    position = np.linspace(62.0, 50.0, 60)
+    raw = tmp_path / "stalk.txt"
+    np.savetxt(raw, np.column_stack([position, 62.0 - position]))
+    (record,) = rf.import_columns([raw]).values()
+    assert record.curve["displacement_mm"].to_numpy() == pytest.approx(62.0 - position)
+    assert "sign of displacement_mm turned" in record.notes[0]

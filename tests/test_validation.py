@@ -23,7 +23,7 @@ from ramiefenics.cli import main
 from ramiefenics.published.tables import printed_values
 from ramiefenics.results.validation_folder import write_validation
 from ramiefenics.validation import Validation, read_validation, validate
-from ramiefenics.validation.prediction import Prediction, condition, fix, prior
+from ramiefenics.validation.prediction import DRAWS, Prediction, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
@@ -125,11 +125,11 @@ def test_predictions_are_those_of_bayes_rule() -> None:
     assert met
     low, median, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
     assert median == pytest.approx(21.6, abs=0.02)
-    # a part in a hundred of the width: 32768 points, of which an eighth share the weight
+    # a part in a hundred of the width: 131072 points, of which an eighth share the weight
     assert [low, high] == pytest.approx([21.6 - 1.96 * 0.8, 21.6 + 1.96 * 0.8], abs=0.03)
     low, median, high = Prediction(weighted, plane(0.0, 3.0)).interval
     assert [low, median, high] == pytest.approx([-2.85, 0.0, 2.85], abs=0.03)
-    expected = 32768 * 0.1 * 2.0 * math.sqrt(math.pi) / 2.0  # n / E(w^2) of a normal in [-1, 1]
+    expected = DRAWS * 0.1 * 2.0 * math.sqrt(math.pi) / 2.0  # n / E(w^2) of a normal in [-1, 1]
     assert weighted.effective == pytest.approx(expected, rel=0.05)
 
 
@@ -279,18 +279,36 @@ def test_the_shipped_study_states_what_was_published() -> None:
 
 
 BAD = {
-    "on unknown": ('on = ["thick"]', 'on = ["thicker"]', "'thicker' must be one of thick, thin"),
+    "on unknown": (
+        'on = ["thick"]',
+        'on = ["thicker"]',
+        "'thicker' must be one of 'thick', 'thin'",
+    ),
     "predicts itself": (
         'on = ["thick"]',
         'on = ["thick"]\npredict = ["thick"]',
         "must not be calibrated on too",
     ),
-    "nuisance unknown": ('nuisance = ["r"]', 'nuisance = ["q"]', "'q' must be one of mu, r"),
+    "nuisance unknown": ('nuisance = ["r"]', 'nuisance = ["q"]', "'q' must be one of 'mu', 'r'"),
     "no measurement": ("measured = 80.0\n", "", "must be given, or a dataset in its place"),
     "no error": ("error = 0.05\n", "", "must be given with a target"),
     "twice": ('name = "thin"', 'name = "thick"', "'thick' must not occur twice"),
     "scale": ('scale = "log"', 'scale = "odd"', "scale = 'odd' must be one of"),
     "key": ('"fixture.indenter_radius_mm"', '"fixture.radius"', "'fixture.radius' must be the key"),
+    "title": ('title = "thin from thick"', 'title = ""', "title = '' must be text that is not"),
+    "on twice": ('on = ["thick"]', 'on = ["thick", "thick"]', "'thick' must not occur twice"),
+    "a text": ('on = ["thick"]', 'on = "thick"', "on = 'thick' must be a list, on = ["),
+    "a number": ("measured = 80.0", 'measured = "a"', "measured = 'a' must be a finite number"),
+    "name": ('name = "thick"', "name = 3", "name = 3 must be text"),
+    "few runs": ("runs = 16", "runs = 5", "must be more than the 6 terms of the quadratic model"),
+    "taken": ('name = "mu"', 'name = "ending"', "'ending' must not be one of"),
+    "response": ("nuisance", 'response = "force_99mm_N"\nnuisance', "within the travel of 14 mm"),
+    "aliases": (
+        'kind = "sobol"\nruns = 16',
+        'kind = "plackett_burman"\n[[factors]]\nname = "c"\n'
+        'keys = ["fixture.support_radius_mm"]\nlow = 4.0\nhigh = 6.0\n',
+        "must be more than",
+    ),
     "unknown field": ("published = 90.0", "publisht = 90.0", "nearest known one is 'published'"),
 }
 

@@ -134,6 +134,10 @@ class Calibration:
         if self.fit is not None:
             fit = self.fit
             told += in_words(self.space, fit.profiles, fit.information)
+            if not fit.posterior.trusted:
+                told.append("The chain that draws the posterior is short: take it as rough.")
+            if fit.confirmation is not None and fit.confirmation.ending != "completed":
+                told.append(f"The optimum did not complete: {fit.confirmation.ending}.")
         if self.desired is not None:
             told.append(self._desired_in_words(self.desired))
         for run, ending in zip(self.runs["run"], self.runs["ending"], strict=True):
@@ -244,6 +248,8 @@ def respond(
     baseline = study.test()
     for factor in study.factors:
         factor.baseline(baseline)
+    for wanted in study.responses:
+        response(wanted.name).check_travel(baseline.protocol.travel_mm)
     design = study.plan()
     space = study.space(design)
     tests = space.tests(baseline, design.coded)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,6 +104,8 @@ def run_campaign(
         If the law cannot take a layer's constants; nothing has been simulated then.
     KeyboardInterrupt
         If the user has interrupted it; finished runs are kept.
+    BrokenExecutor
+        If a worker died, of lack of memory perhaps; finished runs are kept.
     """
     for test in tests:
         check_law(test)
@@ -119,7 +121,7 @@ def run_campaign(
                 for future in as_completed(futures):
                     key = futures[future]
                     error = future.exception()
-                    if isinstance(error, KeyboardInterrupt):
+                    if isinstance(error, (KeyboardInterrupt, BrokenExecutor)):
                         raise error
                     run = None if error is not None else future.result()
                     outcomes[key] = Outcome(left[key], run, "" if error is None else str(error))

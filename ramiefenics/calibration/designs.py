@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import string
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.stats import qmc
 from ramiefenics.calibration.factors import Array, Space
 from ramiefenics.calibration.region import Region, sobol_points
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.checks import check_choice, check_integer
 
 FULL_CUBE = 4
 """Factors up to which a central composite design has all corners of the cube; beyond, half of
@@ -146,3 +148,48 @@ def sobol(number: int, runs: int, seed: int = 0) -> Design:
 def _check_runs(runs: int) -> None:
     if runs < 2:
         raise SpecificationError("runs", runs, "must be at least 2")
+
+
+KINDS = ("central_composite", "plackett_burman", "latin_hypercube", "sobol")
+
+
+@dataclass(frozen=True)
+class DesignChoice:
+    """Which design.
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`.
+    alpha, centres
+        Of a central composite design, see `central_composite`.
+    ends
+        Of a central composite design: what `low` and `high` of the factors are, the ``axial``
+        points, so that no run goes beyond, or the corners of the ``cube``.
+    runs, seed
+        Of a Latin hypercube or a Sobol sequence.
+    """
+
+    kind: str = "central_composite"
+    alpha: str | float = "rotatable"
+    centres: int = 6
+    ends: str = "axial"
+    runs: int = 20
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check choices and numbers."""
+        check_choice(self, "kind", KINDS)
+        check_choice(self, "ends", ("axial", "cube"))
+        check_integer(self, "centres", 0)
+        check_integer(self, "runs", 2)
+        check_integer(self, "seed", 0)
+
+    def make(self, number: int) -> Design:
+        """Return the design for so many factors."""
+        if self.kind == "central_composite":
+            return central_composite(number, self.alpha, self.centres)
+        if self.kind == "plackett_burman":
+            return plackett_burman(number)
+        random: Callable[..., Design] = sobol if self.kind == "sobol" else latin_hypercube
+        return random(number, self.runs, self.seed)

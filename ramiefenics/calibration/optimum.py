@@ -54,11 +54,6 @@ class Optimum:
     good: Array
     share: float
 
-    @property
-    def extent(self) -> Array:
-        """Least and largest value of every factor within the set, coded, shape (2, k)."""
-        return np.array([self.good.min(axis=0), self.good.max(axis=0)])
-
 
 def find_optimum(misfit: Misfit) -> tuple[Optimum, Misfit]:
     """Return the optimum of a misfit with the set of equally good points, and the misfit by which.
@@ -68,7 +63,8 @@ def find_optimum(misfit: Misfit) -> tuple[Optimum, Misfit]:
     best = nearest(misfit)
     least = float(misfit.of(best[None])[0])
     number, dimension = len(misfit.surfaces), misfit.region.dimension
-    met = bool(least <= stats.chi2.ppf(LEVEL, number))
+    free = max(1, number - dimension)  # what the factors can meet by themselves proves nothing
+    met = bool(least <= stats.chi2.ppf(LEVEL, free))
     used = misfit if met else misfit.with_discrepancy(best)
     tolerance = float(stats.chi2.ppf(LEVEL, min(number, dimension)))
     points = misfit.region.sample(SAMPLES)

@@ -63,8 +63,8 @@ def draw_posterior(misfit: Misfit, seed: int = 0) -> Posterior:
     generator = np.random.default_rng(seed)
     chi2 = misfit.of(prior)
     weights = np.exp(-0.5 * (chi2 - chi2.min()))
-    # the cloud to start from: the prior weighted by the likelihood, drawn without repeats where
-    # that is possible, and spread a little so that no two walkers are the same
+    # the cloud to start from: the prior weighted by the likelihood, spread a little so that no two
+    # walkers are the same
     chosen = generator.choice(len(prior), WALKERS, p=weights / weights.sum())
     spread = 1e-3 * region.reach * generator.standard_normal((WALKERS, region.dimension))
     start = region.pull_in(prior[chosen] + spread)

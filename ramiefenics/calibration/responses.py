@@ -33,6 +33,8 @@ class Response:
         From a curve to the number; NaN where the curve does not say.
     needs_peak
         Whether a curve that ends early, still rising, leaves it unknown.
+    at_mm
+        Displacement that the curve has to reach.
     """
 
     name: str
@@ -40,6 +42,19 @@ class Response:
     unit: str
     of: Callable[[Curve], float]
     needs_peak: bool = False
+    at_mm: float = 0.0
+
+    def check_travel(self, travel_mm: float) -> None:
+        """Check that a travel goes as far as the response is read.
+
+        Raises
+        ------
+        SpecificationError
+            If it does not.
+        """
+        if self.at_mm > travel_mm:
+            allowed = f"must be read within the travel of {travel_mm:g} mm"
+            raise SpecificationError("response", self.name, allowed)
 
     @property
     def label(self) -> str:
@@ -72,10 +87,14 @@ def response(name: str) -> Response:
     if name in CURVE:
         return CURVE[name]
     match = re.fullmatch(r"(force|energy)_(\d+(?:\.\d+)?)mm_(N|Nmm)", name)
-    if match is not None and match[3] == {"force": "N", "energy": "Nmm"}[match[1]]:
+    if (
+        match is not None
+        and float(match[2]) > 0.0
+        and match[3] == {"force": "N", "energy": "Nmm"}[match[1]]
+    ):
         at, words = float(match[2]), {"force": "force at", "energy": "energy up to"}[match[1]]
         unit = "N" if match[1] == "force" else "N mm"
-        return Response(name, f"{words} {at:g} mm", unit, partial(AT[match[1]], at_mm=at))
+        return Response(name, f"{words} {at:g} mm", unit, partial(AT[match[1]], at_mm=at), at_mm=at)
     known = ", ".join(CURVE)
     allowed = f"must be one of {known}, force_4mm_N, energy_4mm_Nmm or the like"
     raise SpecificationError("response", name, allowed)

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ramiefenics.calibration.designs import (
-    Design,
-    central_composite,
-    latin_hypercube,
-    plackett_burman,
-    sobol,
-)
+from ramiefenics.calibration.designs import Design, DesignChoice
 from ramiefenics.calibration.desirability import Goal
 from ramiefenics.calibration.factors import Array, Factor, Space
 from ramiefenics.calibration.misfit import Targets
 from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import RULES
 from ramiefenics.calibration.surface import repeats
-from ramiefenics.calibration.terms import MODELS
+from ramiefenics.calibration.terms import MODELS, model_matrix, model_terms
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.specification import (
     BendingTest,
@@ -31,55 +24,11 @@ from ramiefenics.specification import (
     published_test,
     read_test,
 )
-from ramiefenics.specification.checks import check_choice, check_integer, check_number
+from ramiefenics.specification.checks import check_choice, check_number, check_text
 from ramiefenics.specification.files import from_dict, read_toml
 
 STUDIES = Path(__file__).resolve().parent / "studies"
 """Files of the studies that can be named."""
-
-KINDS = ("central_composite", "plackett_burman", "latin_hypercube", "sobol")
-
-
-@dataclass(frozen=True)
-class DesignChoice:
-    """Which design.
-
-    Attributes
-    ----------
-    kind
-        One of `KINDS`.
-    alpha, centres
-        Of a central composite design, see `central_composite`.
-    ends
-        Of a central composite design: what `low` and `high` of the factors are, the ``axial``
-        points, so that no run goes beyond, or the corners of the ``cube``.
-    runs, seed
-        Of a Latin hypercube or a Sobol sequence.
-    """
-
-    kind: str = "central_composite"
-    alpha: str | float = "rotatable"
-    centres: int = 6
-    ends: str = "axial"
-    runs: int = 20
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        """Check choices and numbers."""
-        check_choice(self, "kind", KINDS)
-        check_choice(self, "ends", ("axial", "cube"))
-        check_integer(self, "centres", 0)
-        check_integer(self, "runs", 2)
-        check_integer(self, "seed", 0)
-
-    def make(self, number: int) -> Design:
-        """Return the design for so many factors."""
-        if self.kind == "central_composite":
-            return central_composite(number, self.alpha, self.centres)
-        if self.kind == "plackett_burman":
-            return plackett_burman(number)
-        random: Callable[..., Design] = sobol if self.kind == "sobol" else latin_hypercube
-        return random(number, self.runs, self.seed)
 
 
 @dataclass(frozen=True)
@@ -107,6 +56,7 @@ class Wanted:
 
     def __post_init__(self) -> None:
         """Check that the response exists, and that a target has an error."""
+        check_text(self, "name")
         response(self.name)
         if self.target is not None and self.dataset is not None:
             raise SpecificationError("dataset", self.dataset, "must be left out beside a target")
@@ -158,7 +108,12 @@ class Study:
     folder: str = "."
 
     def __post_init__(self) -> None:
-        """Check choices, and that there is something to vary and to look at."""
+        """Check choices, and that the design can tell the model's terms apart."""
+        for name in ("baseline", "title"):
+            check_text(self, name)
+        if self.mesh is not None:
+            check_text(self, "mesh")
+        check_assignments(self)
         for name in ("factors", "responses"):
             if not getattr(self, name):
                 raise SpecificationError(name, [], "must have at least one entry")
@@ -169,7 +124,24 @@ class Study:
         for name in names:
             if names.count(name) > 1:
                 raise SpecificationError("responses", name, "must not occur twice")
-        self.space(self.plan())
+        design = self.plan()
+        columns = {f"{name}_coded" for name in self.space(design).names}
+        taken = columns | {"run", "ending", *names}
+        for factor in self.factors:
+            if factor.name in taken:
+                allowed = f"must not be one of {', '.join(sorted(taken))}"
+                raise SpecificationError("factors.name", factor.name, allowed)
+        self._check_rank(design)
+
+    def _check_rank(self, design: Design) -> None:
+        terms = model_terms(len(self.factors), self.polynomial)
+        points = design.coded[[group[0] for group in repeats(design.coded)]]
+        if len(points) <= len(terms):
+            allowed = f"must be more than the {len(terms)} terms of the {self.polynomial} model"
+            raise SpecificationError("distinct runs of the design", len(points), allowed)
+        if np.linalg.matrix_rank(model_matrix(points, terms)) < len(terms):
+            allowed = "must be one whose terms the design tells apart, such as 'linear'"
+            raise SpecificationError("model", self.polynomial, allowed)
 
     def plan(self) -> Design:
         """Return the design."""
@@ -217,13 +189,31 @@ class Study:
         folders = {wanted.dataset for wanted in measured if wanted.dataset is not None}
         for folder in sorted(folders):
             rows = [i for i, wanted in enumerate(measured) if wanted.dataset == folder]
-            seen = _observed(read_dataset(Path(self.folder) / folder), [measured[i] for i in rows])
+            dataset = read_dataset(Path(self.folder) / folder)
+            span, own = dataset.baseline.fixture.span_mm, self.test().fixture.span_mm
+            if span != own:
+                allowed = f"must be the span of the study's baseline, {own:g} mm"
+                raise SpecificationError(f"{folder}: fixture.span_mm", span, allowed)
+            seen = _observed(dataset, [measured[i] for i in rows])
             values[rows] = seen.mean(axis=0)
             covariance[np.ix_(rows, rows)] = np.atleast_2d(np.cov(seen.T)) / len(seen)
         for i, wanted in enumerate(measured):
             if wanted.target is not None and wanted.error is not None:
                 values[i], covariance[i, i] = wanted.target, wanted.error**2
         return Targets(tuple(wanted.name for wanted in measured), values, covariance)
+
+
+def check_assignments(study: Any) -> None:
+    """Check that the changes of a study are texts of the form ``key=value``.
+
+    Raises
+    ------
+    SpecificationError
+        If one is not.
+    """
+    for change in study.changes:
+        if not isinstance(change, str) or "=" not in change:
+            raise SpecificationError("changes", change, "must be text of the form key=value")
 
 
 def _observed(dataset: Dataset, wanted: list[Wanted]) -> Array:

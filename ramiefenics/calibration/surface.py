@@ -103,16 +103,18 @@ class Surface:
     @property
     def prediction_error(self) -> float:
         """Root mean square of these errors: what the surface itself may be wrong by."""
-        return math.sqrt(self.press / int(np.isfinite(self._left_out).sum()))
+        predicted = int(np.isfinite(self._left_out).sum())
+        return math.sqrt(self.press / predicted) if predicted else math.inf
 
     @property
     def quality(self) -> dict[str, float]:
         """R2, adjusted and predicted (``1 - PRESS / total``), PRESS, residual deviation, AICc."""
-        total = float(self.fit.centered_tss)
+        predicted = np.isfinite(self._left_out)
+        told = float(np.square(self.values[predicted] - self.values.mean()).sum())
         return {
             "R2": float(self.fit.rsquared),
             "R2_adjusted": float(self.fit.rsquared_adj),
-            "R2_predicted": 1.0 - self.press / total if total > 0.0 else math.nan,
+            "R2_predicted": 1.0 - self.press / told if told > 0.0 else math.nan,
             "PRESS": self.press,
             "residual_deviation": math.sqrt(self.fit.mse_resid),
             "AICc": aicc(float(self.fit.ssr), len(self.values), len(self.terms)),

@@ -68,7 +68,10 @@ def contains(higher: Term, lower: Term) -> bool:
 def model_matrix(points: Array, terms: Sequence[Term] | NDArray[np.int_]) -> Array:
     """Return the terms at points of shape (n, k), as a matrix of shape (n, number of terms)."""
     powers = np.array(terms)
-    return np.asarray(np.prod(points[:, None, :] ** powers[None, :, :], axis=2))
+    matrix = np.ones((len(points), len(powers)))
+    for column, power in zip(points.T, powers.T, strict=True):
+        matrix *= column[:, None] ** power
+    return matrix
 
 
 def model_slopes(points: Array, terms: Sequence[Term]) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -69,3 +70,7 @@ def resumable() -> Iterator[None]:
             kept = "what is simulated is kept, so run it again"
             typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
         raise typer.Exit(130) from None
+    except BrokenExecutor as error:
+        kept = "what is simulated is kept, so run it again"
+        typer.echo(f"ramiefenics: a worker died, of lack of memory perhaps; {kept}", err=True)
+        raise typer.Exit(1) from error

@@ -8,7 +8,7 @@ from typing import Any
 from ramiefenics.measured.seating import Seating
 from ramiefenics.measured.tables import unit_factor
 from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
-from ramiefenics.specification.checks import check_number
+from ramiefenics.specification.checks import check_number, check_text
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Columns:
     def __post_init__(self) -> None:
         """Check that all are text."""
         for name in ("specimen", "curve", "displacement", "force", "time"):
-            _check_text(name, getattr(self, name))
+            check_text(self, name)
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         """Check each by itself."""
-        _check_text("baseline", self.baseline)
+        check_text(self, "baseline")
         check_number(self, "from_mm", at_least=0.0, unit="mm")
         for name in ("to_mm", "speed_mm_per_min"):
             if getattr(self, name) is not None:
@@ -116,8 +116,3 @@ class Layout:
 def listed(value: Any) -> list[Any]:
     """Return a list as it is, anything else as the only entry of one."""
     return value if isinstance(value, list) else [value]
-
-
-def _check_text(name: str, value: Any) -> None:
-    if not isinstance(value, str):
-        raise SpecificationError(name, value, "must be text")

@@ -144,6 +144,8 @@ def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = Non
             raise SpecificationError(f"{path.name}, {name}", float(values[0]), allowed)
         from_start = values - values[0] if name == "displacement_mm" else values
         if -from_start.min() > from_start.max():
+            if name == "displacement_mm":  # a position, whose origin means nothing once turned
+                values = from_start
             curve = curve.assign(**{name: -values})
             notes.append(f"{path.name}: sign of {name} turned, compression counts positive")
     travel = curve["displacement_mm"].to_numpy()

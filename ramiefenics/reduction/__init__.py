@@ -60,11 +60,15 @@ class Reduction:
         """Return what whoever uses the numbers should know."""
         notes = []
         keys = self.dataset.layout.specimens
-        if not any(key.endswith(("diameter_mm", "section_height_mm")) for key in keys):
+        if not any(key.endswith(("outer_diameter_mm", "section_height_mm")) for key in keys):
             notes.append(
                 "strengths and moduli are for the baseline's section, as [specimens] in "
-                "dataset.toml gives no diameter"
+                "dataset.toml gives no outer diameter"
             )
+        nonsense = ~(self.curves["slope_N_per_mm"] > 0.0)
+        if nonsense.any():
+            which = ", ".join(self.curves.loc[nonsense, "specimen"])
+            notes.append(f"{which}: no rise from which to take a slope; is the zero force right?")
         for column, what in (
             ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
             ("slope_stable", "are bent all along; their initial slopes are averages"),

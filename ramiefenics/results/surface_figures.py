@@ -153,7 +153,8 @@ def diagnostics_figure(surface: Surface) -> Figure:
         ]
         fitted.plot(ends, ends, color=GREY, lw=1.0)
         fitted.plot(table["value"], table["fitted"], "o", color=BLUE, ms=5)
-        fitted.set(xlabel="Simulated", ylabel="Fitted")
+        unit = response(surface.response).unit
+        fitted.set(xlabel=f"Simulated ({unit})", ylabel=f"Fitted ({unit})")
         fitted.set_title(response(surface.response).label, fontsize=9, loc="left")
         residuals = np.sort(table["studentised"].to_numpy())
         places = (np.arange(1, len(residuals) + 1) - 0.375) / (len(residuals) + 0.25)
@@ -162,7 +163,8 @@ def diagnostics_figure(surface: Surface) -> Figure:
         normal.plot(quantiles, residuals, "o", color=BLUE, ms=5)
         normal.set(xlabel="Normal quantile", ylabel="Studentised residual")
         p = surface.normality_p
-        normal.set_title(f"Shapiro-Wilk p = {p:.2g}", fontsize=9, loc="left")
+        if np.isfinite(p):
+            normal.set_title(f"Shapiro-Wilk p = {p:.2g}", fontsize=9, loc="left")
         runs = np.arange(1, len(table) + 1)
         cook.vlines(runs, 0.0, table["cook"], color=BLUE, lw=2.0)
         cook.axhline(1.0, color=VERMILION, lw=1.2, ls="--")

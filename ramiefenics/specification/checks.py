@@ -76,6 +76,20 @@ def check_integer(obj: Any, name: str, at_least: int) -> None:
         raise SpecificationError(name, value, f"must be a whole number of at least {at_least}")
 
 
+def check_text(obj: Any, name: str, empty: bool = True) -> None:
+    """Check that a field is text, by default an empty one too.
+
+    Raises
+    ------
+    SpecificationError
+        If it is not.
+    """
+    value = getattr(obj, name)
+    if not isinstance(value, str) or not (empty or value.strip()):
+        allowed = "must be text" if empty else "must be text that is not empty"
+        raise SpecificationError(name, value, allowed)
+
+
 def check_choice(obj: Any, name: str, choices: tuple[Any, ...]) -> None:
     """Check that a field is one of `choices`.
 

@@ -125,7 +125,9 @@ def _convert(hint: Any, name: str, value: Any) -> Any:
 
 def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
     if not isinstance(value, (list, tuple)):
-        raise SpecificationError(name, value, f"must be a list of tables, [[{name}]] in TOML")
+        table = dataclasses.is_dataclass(item)
+        what = f"a list of tables, [[{name}]] in TOML" if table else f'a list, {name} = ["..."]'
+        raise SpecificationError(name, value, f"must be {what}")
     converted = []
     for index, entry in enumerate(value):
         label = entry.get("name", index) if isinstance(entry, Mapping) else index

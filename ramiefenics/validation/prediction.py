@@ -19,7 +19,7 @@ from ramiefenics.calibration.misfit import Misfit
 from ramiefenics.calibration.optimum import LEVEL
 from ramiefenics.calibration.surface import Surface
 
-DRAWS = 32768
+DRAWS = 131072
 """Points that stand for the prior."""
 
 ENOUGH = 200.0
@@ -125,7 +125,8 @@ def condition(
     if nearest is None:
         nearest = before.points[misfit.of(before.points).argmin()]
     least = float(misfit.of(nearest[None])[0])
-    met = bool(least <= stats.chi2.ppf(LEVEL, len(misfit.surfaces)))
+    free = max(1, len(misfit.surfaces) - misfit.region.dimension)
+    met = bool(least <= stats.chi2.ppf(LEVEL, free))
     if not met:
         misfit = misfit.with_discrepancy(nearest)
     chi2 = misfit.of(before.points)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ramiefenics.calibration.designs import DesignChoice
 from ramiefenics.calibration.factors import Factor
-from ramiefenics.calibration.study import DesignChoice, Study, Wanted, read_named
+from ramiefenics.calibration.study import Study, Wanted, read_named
 from ramiefenics.specification import SpecificationError
-from ramiefenics.specification.checks import check_number
+from ramiefenics.specification.checks import check_number, check_text
 
 STUDIES = Path(__file__).resolve().parent / "studies"
 """Files of the validations that can be named."""
@@ -42,6 +43,10 @@ class Observation:
 
     def __post_init__(self) -> None:
         """Check that something was measured."""
+        check_text(self, "name", empty=False)
+        for name in ("measured", "error"):
+            if getattr(self, name) is not None:
+                check_number(self, name, above=0.0 if name == "error" else None)
         if self.measured is None and self.dataset is None:
             raise SpecificationError("measured", None, "must be given, or a dataset in its place")
         if self.published is not None:
@@ -65,9 +70,13 @@ class Split:
     predict: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that nothing predicts itself."""
+        """Check that nothing predicts itself, or is calibrated on twice."""
+        check_text(self, "title", empty=False)
         if not self.on:
             raise SpecificationError("on", [], "must name at least one observation")
+        for name in self.on:
+            if self.on.count(name) > 1:
+                raise SpecificationError("on", name, "must not occur twice")
         for name in self.on:
             if name in self.predict:
                 raise SpecificationError("predict", name, "must not be calibrated on too")
@@ -117,8 +126,13 @@ class ValidationStudy:
 
     def __post_init__(self) -> None:
         """Check that names are known and differ."""
-        if not self.splits:
-            raise SpecificationError("splits", [], "must have at least one entry")
+        for name in ("observations", "splits"):
+            if not getattr(self, name):
+                raise SpecificationError(name, [], "must have at least one entry")
+        titles = [split.title for split in self.splits]
+        for title in titles:
+            if titles.count(title) > 1:
+                raise SpecificationError("splits.title", title, "must not occur twice")
         names = [observation.name for observation in self.observations]
         for name in names:
             if names.count(name) > 1:
@@ -126,6 +140,10 @@ class ValidationStudy:
         for split in self.splits:
             for name in (*split.on, *split.predict):
                 _check_known("splits", name, names)
+            sources = [o.dataset for o in self.observations if o.name in split.on and o.dataset]
+            if len(set(sources)) < len(sources):
+                allowed = "must not have two observations of one data set, which share specimens"
+                raise SpecificationError("splits.on", list(split.on), allowed)
         for name in self.nuisance:
             _check_known("nuisance", name, [factor.name for factor in self.factors])
         for observation in self.observations:
@@ -155,7 +173,7 @@ class ValidationStudy:
 
 def _check_known(where: str, name: str, known: list[str]) -> None:
     if name not in known:
-        raise SpecificationError(where, name, f"must be one of {', '.join(known)}")
+        raise SpecificationError(where, name, f"must be one of {', '.join(map(repr, known))}")
 
 
 def read_validation(study: str | Path) -> ValidationStudy:
