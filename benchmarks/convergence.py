@@ -57,8 +57,8 @@ three finest meshes follow the observed order, the Richardson limit and the grid
 Celik et al. (2008) for ratios of refinement that differ. Where the differences alternate in sign,
 the sequence oscillates: no order and no limit, but an index. Where they do not shrink, or by less
 than an order of 0.5 would have it, there is no order, no limit and no index; half the range of the
-three meshes is given instead, which is no bound. An order far above that of the elements is as much
-an accident as one far below it, and its index is too small. "The meshes before" are the three that
+three meshes is given instead, which is no bound. An order above 4 is an accident, too: no limit, no
+index, half the range. "The meshes before" are the three that
 remain without the finest: an order that they do not confirm is not yet the one at which the error
 vanishes.
 

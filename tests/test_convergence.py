@@ -94,6 +94,13 @@ def test_meshes_that_agree_by_accident_get_no_index() -> None:
     assert found.behaviour == "oscillating"
     assert found.gci is None
     assert found.uncertainty == pytest.approx((95.477 - 94.868) / 2.0 / 94.895)
+    found = rf.order_and_limit((1.0, 1.2, 1.5), (94.64, 94.65, 95.36))  # the same without turning
+    assert found.behaviour == "converging"
+    assert found.order is not None
+    assert found.order > 10.0
+    assert found.limit is None
+    assert found.gci is None
+    assert found.uncertainty == pytest.approx((95.36 - 94.64) / 2.0 / 94.64)
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ LEAST_ORDER = 0.5
 are from each other. Oberkampf and Roy (2010, section 8.6) do not believe lower ones either."""
 
 MOST_ORDER = 4.0
-"""A sequence that oscillates and whose last two meshes differ by less than this order has it (that
-of a functional with second-order elements) agrees by accident: Celik et al. (2008) warn of it."""
+"""That of a functional with second-order elements: last two meshes that differ by less than it has
+them agree by accident. Celik et al. (2008) warn of it."""
 
 ROUNDING = 1e-10
 """Two values that differ by less, relatively, are the same."""
@@ -37,10 +37,11 @@ class Extrapolation:
     order
         Observed order of convergence; None unless converging.
     limit
-        Richardson's, for vanishing mesh size; None unless converging.
+        Richardson's, for vanishing mesh size; None unless converging, and where the last two
+        meshes agree by accident, see `MOST_ORDER`.
     gci
         Grid-convergence index of the finest mesh, a share of its value; None unless converging or
-        oscillating, and where the last two meshes agree by accident, see `MOST_ORDER`.
+        oscillating, and where they agree by accident.
     change
         From the second finest mesh to the finest, a share of the finest's value.
     spread
@@ -58,11 +59,12 @@ class Extrapolation:
     def uncertainty(self) -> float | None:
         """Error to expect of the finest mesh, a share of its value.
 
-        The grid-convergence index where the sequence converges. Where it oscillates, half the
-        range (Stern, Wilson, Coleman and Paterson 2001, eq. 23) if that is more. Where it does not
-        converge, half the range too, and the error may well be larger.
+        The grid-convergence index where the sequence converges. Where it oscillates, or the last
+        two meshes agree by accident, half the range (Stern, Wilson, Coleman and Paterson 2001,
+        eq. 23) if that is more. Where it does not converge, half the range too, and the error may
+        well be larger.
         """
-        if self.behaviour == "converging":
+        if self.behaviour == "converging" and self.gci is not None:
             return self.gci
         return (
             self.spread if self.gci is None or self.spread is None else max(self.gci, self.spread)
@@ -117,6 +119,8 @@ def order_and_limit(sizes: Sequence[float], values: Sequence[float]) -> Extrapol
     if sign < 0.0:
         index = gci if order <= MOST_ORDER else None
         return Extrapolation("oscillating", gci=index, change=change, spread=spread)
+    if order > MOST_ORDER:
+        return Extrapolation("converging", order, change=change, spread=spread)
     limit = finest - last / (r21**order - 1.0)
     return Extrapolation("converging", order, limit, gci, change, spread)
 
