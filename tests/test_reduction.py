@@ -13,6 +13,7 @@ from matplotlib import image
 
 import ramiefenics as rf
 from ramiefenics.cli import main
+from ramiefenics.measured.work import work
 from ramiefenics.reduction import describe, equations
 from ramiefenics.reduction.groups import ordered
 from ramiefenics.verification.beam import LayeredTube
@@ -200,6 +201,30 @@ def test_seating_of_the_layout_moves_the_curves(folder: Path) -> None:
     (folder / "dataset.toml").write_text(layout + seating.replace("4.0", "60.0"))
     with pytest.raises(rf.SpecificationError, match=r"row 2 \(A\).*threshold_N = 60.0 must be bel"):
         rf.read_dataset(folder)
+
+
+def test_preloads_and_load_cells_that_were_not_zeroed_are_told(folder: Path) -> None:
+    assert "begin" not in " ".join(rf.reduce_dataset(folder).notes())
+    path = folder.parent / "elsewhere" / "A.csv"
+    table = pd.read_csv(path)
+    table["force_N"] += 4.0
+    table.to_csv(path, index=False)
+    assert "1 of 3 curves begin with a force, of up to 4 N" in " ".join(
+        rf.reduce_dataset(folder).notes()
+    )
+    table["force_N"] -= 8.0
+    table.to_csv(path, index=False)
+    assert "1 of 3 curves begin below zero, at down to -4 N" in " ".join(
+        rf.reduce_dataset(folder).notes()
+    )
+
+
+@pytest.mark.parametrize("first", [0.0, 0.5])
+def test_work_counts_from_contact_on(first: float) -> None:
+    travel = np.linspace(first, 2.5, 41)
+    curve = pd.DataFrame({"displacement_mm": travel, "force_N": 40.0 * travel})
+    assert work(curve, 2.0) == pytest.approx(80.0, rel=1e-12)  # 40 * 2^2 / 2
+    assert np.isnan(work(curve, 3.0))
 
 
 def test_curves_begin_where_the_machine_says_by_default(folder: Path) -> None:

@@ -6,12 +6,11 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import pandas as pd
-from scipy.integrate import trapezoid
 
+from ramiefenics.measured.work import work
 from ramiefenics.solve.result import BendingResult, secant_slope
 from ramiefenics.specification import SpecificationError
 
@@ -94,10 +93,14 @@ def response(name: str) -> Response:
     ):
         at, words = float(match[2]), {"force": "force at", "energy": "energy up to"}[match[1]]
         unit = "N" if match[1] == "force" else "N mm"
-        return Response(name, f"{words} {at:g} mm", unit, partial(AT[match[1]], at_mm=at), at_mm=at)
+        return Response(name, f"{words} {at:g} mm", unit, _at(AT[match[1]], at), at_mm=at)
     known = ", ".join(CURVE)
     allowed = f"must be one of {known}, force_4mm_N, energy_4mm_Nmm or the like"
     raise SpecificationError("response", name, allowed)
+
+
+def _at(of: Callable[[Curve, float], float], at_mm: float) -> Callable[[Curve], float]:
+    return lambda curve: of(curve, at_mm)
 
 
 def _max_force(curve: Curve) -> float:
@@ -119,15 +122,7 @@ def _force(curve: Curve, at_mm: float) -> float:
     )
 
 
-def _energy(curve: Curve, at_mm: float) -> float:
-    """Return the work done up to a displacement, by the trapezoidal rule."""
-    x, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
-    before = x < at_mm
-    ends = np.append(x[before], at_mm), np.append(force[before], _force(curve, at_mm))
-    return float(trapezoid(ends[1], ends[0]))
-
-
-AT: dict[str, Callable[..., float]] = {"force": _force, "energy": _energy}
+AT: dict[str, Callable[[Curve, float], float]] = {"force": _force, "energy": work}
 
 CURVE = {
     found.name: found

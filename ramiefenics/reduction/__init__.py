@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from ramiefenics.measured import Dataset, read_dataset
@@ -69,6 +70,7 @@ class Reduction:
         if nonsense.any():
             which = ", ".join(self.curves.loc[nonsense, "specimen"])
             notes.append(f"{which}: no rise from which to take a slope; is the zero force right?")
+        notes += self._at_the_start()
         for column, what in (
             ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
             ("slope_stable", "are bent all along; their initial slopes are averages"),
@@ -76,6 +78,27 @@ class Reduction:
             told = self.curves[column] if column == "still_rising" else ~self.curves[column]
             if told.any():
                 notes.append(f"{told.sum()} of {len(told)} curves {what} ({column})")
+        return notes
+
+    def _at_the_start(self) -> list[str]:
+        """Tell of preloads, and of load cells that were not zeroed."""
+        if self.dataset.layout.seating.zero != "machine":
+            return []
+        start = np.array([s.curve["force_N"].iloc[0] for s in self.dataset.specimens])
+        noise, peak = self.curves["noise_N"].to_numpy(), self.curves["peak_N"].to_numpy()
+        seen = np.maximum(5.0 * noise, 0.01 * peak)
+        notes = []
+        if (start > seen).any():
+            notes.append(
+                f"{(start > seen).sum()} of {len(start)} curves begin with a force, of up to "
+                f'{start.max():.3g} N: after a preload zero = "toe" in [seating] counts the '
+                "displacement that it took"
+            )
+        if (start < -seen).any():
+            notes.append(
+                f"{(start < -seen).sum()} of {len(start)} curves begin below zero, at down to "
+                f"{start.min():.3g} N: was the load cell zeroed?"
+            )
         return notes
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.integrate import trapezoid
 
 from ramiefenics.measured import Specimen, initial_slope, noise
+from ramiefenics.measured.work import work
 from ramiefenics.reduction import equations
 
 QUANTITIES: dict[str, tuple[str, str]] = {
@@ -47,7 +47,7 @@ class CurveNumbers:
     end_mm
         Where the record ends.
     energy_to_peak_Nmm, energy_Nmm
-        Work of the indenter up to the peak, and to the end, by the trapezoidal rule.
+        Work of the indenter up to the peak, and to the end, see `work`.
     drop_N, drop
         From the peak to the least force after it, and as a share of the peak.
     """
@@ -94,8 +94,8 @@ def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
         peak_at_mm=float(travel[top]),
         still_rising=bool(end - travel[top] <= AT_END * np.ptp(travel)) and drop < AT_END * peak,
         end_mm=end,
-        energy_to_peak_Nmm=float(trapezoid(force[: top + 1], travel[: top + 1])),
-        energy_Nmm=float(trapezoid(force, travel)),
+        energy_to_peak_Nmm=work(curve, float(travel[top])),
+        energy_Nmm=work(curve, end),
         drop_N=drop,
         drop=drop / peak,
     )

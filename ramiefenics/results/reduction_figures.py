@@ -136,7 +136,7 @@ def _quantity(axes: Axes, reduction: Reduction, quantity: str, groups: list[str]
     axes.set_xticks(range(len(groups)), [str(group) for group in groups])
     axes.set_xlim(-0.5, len(groups) - 0.3)
     axes.set_ylim(bottom=0.0)
-    if len(groups) > 6:
+    if sum(len(str(group)) for group in groups) > 24:  # or the names run into each other
         axes.tick_params(axis="x", rotation=60)
     title, unit = QUANTITIES[quantity]
     axes.set_ylabel(f"{title} ({unit})")
