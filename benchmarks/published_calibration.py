@@ -21,10 +21,10 @@ from ramiefenics.calibration.campaign import Campaign
 from ramiefenics.calibration.designs import Design
 from ramiefenics.calibration.factors import Space
 from ramiefenics.calibration.misfit import Misfit, Targets
-from ramiefenics.calibration.printed_design import table5
-from ramiefenics.calibration.reconcile import reconcile
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import read_study
+from ramiefenics.reconciliation.printed_design import table5
+from ramiefenics.reconciliation.reconcile import reconcile
 from ramiefenics.results.calibration_figures import level_figure
 
 ALPHA = 1.682

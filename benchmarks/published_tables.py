@@ -12,8 +12,8 @@ from pathlib import Path
 import pandas as pd
 
 from ramiefenics import check_anova, published_checks, reconcile
-from ramiefenics.calibration.printed_design import table5
 from ramiefenics.published.tables import printed_table
+from ramiefenics.reconciliation.printed_design import table5
 from ramiefenics.results.reconcile_report import in_words, report
 from ramiefenics.results.verification_report import markdown
 
@@ -131,7 +131,7 @@ def _range(low: float, high: float) -> str:
 
 def main() -> None:
     """Write the page."""
-    from ramiefenics.calibration.reconcile import EXTRA_ROWS
+    from ramiefenics.reconciliation.reconcile import EXTRA_ROWS
 
     repaired = reconcile(*table5())
     parts = [

@@ -54,10 +54,10 @@ from ramiefenics.specification import (
 
 if TYPE_CHECKING:
     from ramiefenics.calibration.calibrate import Calibration, calibrate
-    from ramiefenics.calibration.printed_design import read_printed_design
-    from ramiefenics.calibration.reconcile import Reconciliation, reconcile
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.reconciliation.printed_design import read_printed_design
+    from ramiefenics.reconciliation.reconcile import Reconciliation, reconcile
     from ramiefenics.reduction import Reduction, reduce_dataset
     from ramiefenics.results.calibration_folder import write_calibration
     from ramiefenics.results.convergence_folder import write_convergence
@@ -149,15 +149,15 @@ _ON_DEMAND = {
     "Calibration": "calibration.calibrate",
     "Convergence": "convergence",
     "Discovery": "discovery",
-    "Reconciliation": "calibration.reconcile",
+    "Reconciliation": "reconciliation.reconcile",
     "calibrate": "calibration.calibrate",
     "converge": "convergence",
     "curve_figure": "results.figures",
     "deformed_picture": "results.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
-    "read_printed_design": "calibration.printed_design",
-    "reconcile": "calibration.reconcile",
+    "read_printed_design": "reconciliation.printed_design",
+    "reconcile": "reconciliation.reconcile",
     "reduce_dataset": "reduction",
     "Reduction": "reduction",
     "section_figure": "results.figures",

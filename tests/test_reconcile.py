@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import stats
 
 import ramiefenics as rf
-from ramiefenics.calibration.least_squares import fit
-from ramiefenics.calibration.printed_design import PrintedDesign, Publication, table5
 from ramiefenics.calibration.terms import Term, model_matrix, model_terms, parse_term
 from ramiefenics.cli import main
 from ramiefenics.published import Printed
+from ramiefenics.reconciliation.least_squares import fit
+from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication, table5
 from ramiefenics.results.reconcile_report import in_words
 
 Array = NDArray[np.float64]

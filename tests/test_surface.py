@@ -8,10 +8,10 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.calibration.designs import central_composite
-from ramiefenics.calibration.printed_design import table5
 from ramiefenics.calibration.selection import removable, select_surface
 from ramiefenics.calibration.surface import Surface, aicc, fit_surface
 from ramiefenics.calibration.terms import model_matrix, model_terms
+from ramiefenics.reconciliation.printed_design import table5
 
 SQRT2 = np.sqrt(2.0)
 

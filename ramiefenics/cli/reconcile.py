@@ -28,8 +28,8 @@ def reconcile_command(
 ) -> None:
     """Repair a misprinted central composite design by what was published about it."""
     folder = check_writable(out or Path("results") / f"{Path(table).stem}-reconciled")
-    from ramiefenics.calibration.printed_design import read_printed_design, table5
-    from ramiefenics.calibration.reconcile import reconcile
+    from ramiefenics.reconciliation.printed_design import read_printed_design, table5
+    from ramiefenics.reconciliation.reconcile import reconcile
 
     built_in = table == TABLE_5 and published is None
     design, publication = table5() if built_in else read_printed_design(table, published)

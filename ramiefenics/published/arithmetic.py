@@ -48,7 +48,7 @@ class Check:
 def published_checks() -> list[Check]:
     """Return the arithmetic checks of the equations, of Tables 1 to 4, 7 and 8, and of the text.
 
-    Table 5 is checked by `ramiefenics.calibration.reconcile`, Table 6 by `check_anova`.
+    Table 5 is checked by `ramiefenics.reconciliation.reconcile`, Table 6 by `check_anova`.
     """
     values = printed_values()
     return [

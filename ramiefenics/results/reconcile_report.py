@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from ramiefenics.calibration.least_squares import Fit
-from ramiefenics.calibration.reconcile import DRAWS, MOST_REPAIRS, Reconciliation
 from ramiefenics.calibration.terms import term_name
+from ramiefenics.reconciliation.least_squares import Fit
+from ramiefenics.reconciliation.reconcile import DRAWS, MOST_REPAIRS, Reconciliation
 from ramiefenics.results.draft import draft
 from ramiefenics.results.manifest import versions
 from ramiefenics.results.verification_report import markdown

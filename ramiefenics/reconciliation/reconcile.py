@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ramiefenics.calibration.arrangement import SAME, Arrangements
-from ramiefenics.calibration.least_squares import Fit, fit
-from ramiefenics.calibration.printed_design import PrintedDesign, Publication
+from ramiefenics.reconciliation.arrangement import SAME, Arrangements
+from ramiefenics.reconciliation.least_squares import Fit, fit
+from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication
 from ramiefenics.specification import SpecificationError
 
 EXTRA_ROWS = 4

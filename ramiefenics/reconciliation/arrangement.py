@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from ramiefenics.calibration.printed_design import PrintedDesign, Publication
 from ramiefenics.calibration.terms import model_matrix
 from ramiefenics.published.rounding import SLACK
+from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication
 from ramiefenics.specification import SpecificationError
 
 SAME = 0.01

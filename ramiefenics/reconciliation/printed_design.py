@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ramiefenics.calibration.least_squares import Fit
 from ramiefenics.calibration.terms import Term, model_terms, parse_term, term_name
 from ramiefenics.measured.tables import numbers, read_table
 from ramiefenics.published.rounding import Printed
 from ramiefenics.published.tables import printed_table, printed_values, published_table
+from ramiefenics.reconciliation.least_squares import Fit
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.files import read_toml
 

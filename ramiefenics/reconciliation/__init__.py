@@ -1,0 +1,1 @@
+"""From a misprinted design of experiments to the one that was run."""
