@@ -304,6 +304,15 @@ def test_what_is_in_the_folder_already_is_left_alone(there: str, tmp_path: Path)
     assert own.read_text() == "mine"
 
 
+def test_a_load_cell_that_was_not_zeroed_is_not_taken_for_tension(tmp_path: Path) -> None:
+    travel = np.linspace(0.0, 5.0, 60)
+    raw = tmp_path / "stalk.txt"
+    np.savetxt(raw, np.column_stack([travel, 10.0 * travel - 120.0]))
+    (record,) = rf.import_columns([raw]).values()
+    assert record.curve["force_N"].to_numpy() == pytest.approx(10.0 * travel - 120.0)
+    assert not record.notes
+
+
 def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> None:
     position = np.linspace(62.0, 50.0, 60)
     raw = tmp_path / "stalk.txt"

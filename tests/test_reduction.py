@@ -219,6 +219,16 @@ def test_preloads_and_load_cells_that_were_not_zeroed_are_told(folder: Path) -> 
     )
 
 
+def test_a_record_that_begins_at_its_peak_has_no_slope(folder: Path) -> None:
+    path = folder.parent / "elsewhere" / "A.csv"
+    table = pd.read_csv(path)
+    table.loc[0, "force_N"] = 900.0
+    table.to_csv(path, index=False)
+    found = rf.reduce_dataset(folder)
+    assert found.curves["slope_N_per_mm"].isna().tolist() == [True, False, False]
+    assert "A: no rise from which to take a slope" in " ".join(found.notes())
+
+
 @pytest.mark.parametrize("first", [0.0, 0.5])
 def test_work_counts_from_contact_on(first: float) -> None:
     travel = np.linspace(first, 2.5, 41)

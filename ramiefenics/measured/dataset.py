@@ -161,8 +161,13 @@ def _curve(path: Path, layout: Layout) -> pd.DataFrame:
             "must not go back by more than 1 % of the range; cut the curve before unloading",
         )
     if curve["force_N"].max() <= 0.0:
-        allowed = "must be above 0 N somewhere: compression counts positive; turn the sign"
-        raise SpecificationError(f"{path.name}, largest force", curve["force_N"].max(), allowed)
+        allowed = (
+            "must be above 0 N somewhere: compression counts positive; turn the sign, or zero the "
+            "load cell"
+        )
+        raise SpecificationError(
+            f"{path.name}, largest force", float(curve["force_N"].max()), allowed
+        )
     return curve.sort_values("displacement_mm", kind="stable", ignore_index=True)
 
 

@@ -142,10 +142,11 @@ def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = Non
         if np.ptp(values) == 0.0:
             allowed = "must change; is it the right column?"
             raise SpecificationError(f"{path.name}, {name}", float(values[0]), allowed)
-        from_start = values - values[0] if name == "displacement_mm" else values
+        # a load cell may not have been zeroed, and one row may be wild
+        from_start = values - np.median(values[:5])
         if -from_start.min() > from_start.max():
             if name == "displacement_mm":  # a position, whose origin means nothing once turned
-                values = from_start
+                values = values - values[0]
             curve = curve.assign(**{name: -values})
             notes.append(f"{path.name}: sign of {name} turned, compression counts positive")
     travel = curve["displacement_mm"].to_numpy()

@@ -76,6 +76,7 @@ class Reduction:
             ("slope_stable", "are bent all along; their initial slopes are averages"),
         ):
             told = self.curves[column] if column == "still_rising" else ~self.curves[column]
+            told &= ~nonsense
             if told.any():
                 notes.append(f"{told.sum()} of {len(told)} curves {what} ({column})")
         return notes

@@ -58,7 +58,8 @@ def reduction_table(reduction: Reduction) -> str:
     lines = []
     for group, part in reduction.groups.groupby("group", sort=False):
         rows = part.set_index("quantity")
-        cells = [f"{group}, n = {rows['n'].iloc[0]}"]
+        number = int(part.loc[part["quantity"] == "peak_N", "n"].iloc[0])
+        cells = [f"{group}, n = {number}"]
         for name in shown:
             row, unit = rows.loc[name], QUANTITIES[name][1]
             interval = f" ({row['low']:.4g} to {row['high']:.4g})" if row["n"] > 1 else ""
