@@ -81,8 +81,8 @@ def initial_slope(curve: pd.DataFrame) -> InitialSlope:
     travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
     rising = travel[: int(np.argmax(force >= UP_TO * force.max())) + 1]
     if rising[-1] <= rising[0]:  # the record begins near its peak
-        at = float(rising[0])
-        return InitialSlope(math.nan, math.nan, math.nan, at, at, at, stable=False)
+        start = float(rising[0])
+        return InitialSlope(math.nan, math.nan, math.nan, start, start, start, stable=False)
     at, forces = _reduced(curve, float(rising[0]), float(rising[-1]))
     first, last, stable = _window(at, forces, LEAST_RISE * float(force.max()))
     inside = np.flatnonzero((travel >= at[first]) & (travel <= at[last]))
