@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import string
@@ -129,6 +130,7 @@ def plackett_burman(number: int) -> Design:
     return Design("Plackett-Burman", points)
 
 
+@functools.cache  # a study asks for its design several times, and this one takes a second
 def latin_hypercube(number: int, runs: int, seed: int = 0) -> Design:
     """Return a Latin hypercube of low discrepancy in [-1, 1] (McKay, Beckman and Conover 1979)."""
     _check_runs(runs)

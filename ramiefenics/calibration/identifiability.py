@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ramiefenics.calibration.factors import Array, Space
-from ramiefenics.calibration.misfit import Misfit
+from ramiefenics.calibration.misfit import LEVEL, Misfit
 
-LEVEL = 0.95
 RISE = float(stats.chi2.ppf(LEVEL, 1))
 """Of chi-squared at the ends of an interval of one parameter, 3.84 (Wilks 1938)."""
 

@@ -8,11 +8,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import optimize
+from scipy import optimize, stats
 
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
+
+LEVEL = 0.95
+"""Of all intervals and sets."""
 
 STARTS = 4
 """From which a minimum is sought; a quadratic in a box may have several."""
@@ -100,6 +103,15 @@ class Misfit:
     def of(self, points: Array) -> Array:
         """Return chi-squared at coded points, shape (n,)."""
         return np.asarray(np.square(self.residuals(points)).sum(axis=1))
+
+    def met(self, point: Array) -> bool:
+        """Return whether the targets are met at a coded point within their errors (95 %).
+
+        What the factors can meet by themselves proves nothing: the degrees of freedom are those
+        that they leave, one at least.
+        """
+        free = max(1, len(self.surfaces) - self.region.dimension)
+        return bool(self.of(point[None])[0] <= stats.chi2.ppf(LEVEL, free))
 
     def least(self, fixed: tuple[int, float] | None = None) -> tuple[Array, float]:
         """Return a point of least misfit and the misfit there.

@@ -8,12 +8,9 @@ import numpy as np
 from scipy import stats
 
 from ramiefenics.calibration.factors import Array
-from ramiefenics.calibration.misfit import Misfit, minimise
+from ramiefenics.calibration.misfit import LEVEL, Misfit, minimise
 from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
-
-LEVEL = 0.95
-"""Of the set of equally good parameters."""
 
 SAMPLES = 16384
 """Points that fill the region, to find the set's share of it."""
@@ -63,8 +60,7 @@ def find_optimum(misfit: Misfit) -> tuple[Optimum, Misfit]:
     best = nearest(misfit)
     least = float(misfit.of(best[None])[0])
     number, dimension = len(misfit.surfaces), misfit.region.dimension
-    free = max(1, number - dimension)  # what the factors can meet by themselves proves nothing
-    met = bool(least <= stats.chi2.ppf(LEVEL, free))
+    met = misfit.met(best)
     used = misfit if met else misfit.with_discrepancy(best)
     tolerance = float(stats.chi2.ppf(LEVEL, min(number, dimension)))
     points = misfit.region.sample(SAMPLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -113,7 +113,9 @@ class Study:
             check_text(self, name)
         if self.mesh is not None:
             check_text(self, "mesh")
-        check_assignments(self)
+        for change in self.changes:
+            if not isinstance(change, str) or "=" not in change:
+                raise SpecificationError("changes", change, "must be text of the form key=value")
         for name in ("factors", "responses"):
             if not getattr(self, name):
                 raise SpecificationError(name, [], "must have at least one entry")
@@ -201,19 +203,6 @@ class Study:
             if wanted.target is not None and wanted.error is not None:
                 values[i], covariance[i, i] = wanted.target, wanted.error**2
         return Targets(tuple(wanted.name for wanted in measured), values, covariance)
-
-
-def check_assignments(study: Any) -> None:
-    """Check that the changes of a study are texts of the form ``key=value``.
-
-    Raises
-    ------
-    SpecificationError
-        If one is not.
-    """
-    for change in study.changes:
-        if not isinstance(change, str) or "=" not in change:
-            raise SpecificationError("changes", change, "must be text of the form key=value")
 
 
 def _observed(dataset: Dataset, wanted: list[Wanted]) -> Array:

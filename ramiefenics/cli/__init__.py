@@ -12,7 +12,6 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.calibrate import calibrate_command
 from ramiefenics.cli.checks import converge_command, explicit_command, verify_command
 from ramiefenics.cli.common import (
     Assignments,
@@ -25,7 +24,7 @@ from ramiefenics.cli.common import (
 )
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
-from ramiefenics.cli.validate import validate_command
+from ramiefenics.cli.studies import calibrate_command, validate_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
 

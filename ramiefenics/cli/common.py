@@ -62,15 +62,15 @@ def check_writable(folder: Path) -> Path:
 
 @contextmanager
 def resumable() -> Iterator[None]:
-    """Tell who interrupts what keeps its simulations that they are kept."""
+    """Tell whose work is interrupted that its simulations are kept."""
     try:
         yield
     except KeyboardInterrupt:
-        if MPI.COMM_WORLD.rank == 0:
-            kept = "what is simulated is kept, so run it again"
-            typer.echo(f"ramiefenics: interrupted; {kept}", err=True)
-        raise typer.Exit(130) from None
-    except BrokenExecutor as error:
-        kept = "what is simulated is kept, so run it again"
-        typer.echo(f"ramiefenics: a worker died, of lack of memory perhaps; {kept}", err=True)
-        raise typer.Exit(1) from error
+        why, status = "interrupted", 130
+    except BrokenExecutor:
+        why, status = "a worker died, of lack of memory perhaps", 1
+    else:
+        return
+    if MPI.COMM_WORLD.rank == 0:
+        typer.echo(f"ramiefenics: {why}; what is simulated is kept, so run it again", err=True)
+    raise typer.Exit(status)

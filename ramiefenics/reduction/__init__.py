@@ -75,8 +75,9 @@ class Reduction:
             ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
             ("slope_stable", "are bent all along; their initial slopes are averages"),
         ):
-            told = self.curves[column] if column == "still_rising" else ~self.curves[column]
-            told &= ~nonsense
+            told = self.curves[column]
+            if column == "slope_stable":
+                told = ~told & ~nonsense
             if told.any():
                 notes.append(f"{told.sum()} of {len(told)} curves {what} ({column})")
         return notes

@@ -137,6 +137,7 @@ def level_figure(found: Calibration, fit: Fit) -> Figure:
             getattr(axes, f"set_{name}lim")(a, b)
             getattr(axes, f"set_{name}label")(factor.label, fontsize=8)
         axes.tick_params(labelsize=7)
+        axes.locator_params(nbins=5)  # or they run into each other
         title = response(surface.response).label
         axes.legend(title=title, fontsize=8, title_fontsize=8, markerscale=2.0)
         axes.set_box_aspect(None, zoom=0.85)

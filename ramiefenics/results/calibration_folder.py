@@ -30,10 +30,19 @@ LISTED = 1000
 """Equally good points that are written."""
 
 MAYBE = (
-    *("calibrated.toml", "desirable.toml"),
-    *("optimum_set.csv", "identifiability.csv", "information.csv"),
-    *(f"{name}.png" for name in ("optimum", "level", "profiles", "posterior", "desirability")),
-    *("contours_*.png", "surface_*.png", "diagnostics_*.png"),
+    "calibrated.toml",
+    "desirable.toml",
+    "optimum_set.csv",
+    "identifiability.csv",
+    "information.csv",
+    "optimum.png",
+    "level.png",
+    "profiles.png",
+    "posterior.png",
+    "desirability.png",
+    "contours_*.png",
+    "surface_*.png",
+    "diagnostics_*.png",
 )
 """Files that not every study has."""
 

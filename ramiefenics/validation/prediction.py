@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import stats
 
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.misfit import Misfit
-from ramiefenics.calibration.optimum import LEVEL
 from ramiefenics.calibration.surface import Surface
 
 DRAWS = 131072
@@ -86,10 +84,9 @@ class Prediction:
         return weighted_quantiles(blurred, self.weighted.weights)
 
     def swing(self, factor: int) -> float:
-        """Return how much higher the response is where a factor is in its upper fifth.
+        """Return by how much the response rises from a factor's lower fifth to its upper one.
 
-        Than where it is in its lower fifth, on average over all other factors; NaN where no weight
-        is left in one of them.
+        On average over all other factors; NaN where no weight is left in one of the fifths.
         """
         weights, at = self.weighted.weights, self.weighted.points[:, factor]
         reach = FIFTH * float(np.abs(at).max())
@@ -124,9 +121,7 @@ def condition(
     """
     if nearest is None:
         nearest = before.points[misfit.of(before.points).argmin()]
-    least = float(misfit.of(nearest[None])[0])
-    free = max(1, len(misfit.surfaces) - misfit.region.dimension)
-    met = bool(least <= stats.chi2.ppf(LEVEL, free))
+    met = misfit.met(nearest)
     if not met:
         misfit = misfit.with_discrepancy(nearest)
     chi2 = misfit.of(before.points)

@@ -156,13 +156,13 @@ class ValidationStudy:
             observation.baseline,
             self.factors,
             (wanted,),
-            observation.name,
-            self.changes,
-            self.mesh,
-            self.design,
-            self.model,
-            self.selection,
-            self.folder,
+            title=observation.name,
+            changes=self.changes,
+            mesh=self.mesh,
+            design=self.design,
+            model=self.model,
+            selection=self.selection,
+            folder=self.folder,
         )
 
     def predicted(self, split: Split) -> tuple[str, ...]:

@@ -1,14 +1,18 @@
-"""The command `ramiefenics calibrate`."""
+"""Commands of designed studies: `calibrate` and `validate`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ramiefenics.cli import progress
 from ramiefenics.cli.common import check_writable, resumable
+
+if TYPE_CHECKING:
+    from ramiefenics.calibration.calibrate import Calibration
+    from ramiefenics.validation import Validation
 
 
 def calibrate_command(
@@ -32,6 +36,33 @@ def calibrate_command(
     from ramiefenics.results.calibration_folder import write_calibration
 
     write_calibration(found, folder)
+    _tell(found, folder)
+
+
+def validate_command(
+    study: Annotated[
+        str,
+        typer.Argument(help="A TOML file, see docs/validation.md, or published, the study's."),
+    ] = "published",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-validation if none.")
+    ] = None,
+) -> None:
+    """Calibrate on some stalks, predict others, and compare with simpler predictors."""
+    folder = check_writable(out or Path("results") / f"{Path(study).stem}-validation")
+    # statistics and solver take seconds to import
+    from ramiefenics.validation import read_validation, validate
+
+    asked = read_validation(study)  # before there is a progress bar
+    with resumable(), progress.counting() as (stage, count):
+        found = validate(asked, on_stage=stage, on_done=count)
+    from ramiefenics.results.validation_folder import write_validation
+
+    write_validation(found, folder)
+    _tell(found, folder)
+
+
+def _tell(found: Calibration | Validation, folder: Path) -> None:
     for told in found.findings():
         typer.echo(told)
     typer.echo(f"results in {folder}")
