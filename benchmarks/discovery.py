@@ -34,12 +34,12 @@ def secrets() -> dict[str, tuple[Secret, int]]:
     cases: dict[str, tuple[Secret, int]] = {}
     for turn in range(CASES_EACH):
         for number, (name, effect) in enumerate(EFFECTS.items()):
-            seed = 1000 + 10 * turn + number
+            seed = 3000 + 10 * turn + number
             sign = np.random.default_rng(seed).choice([-1.0, 1.0]) if effect.bounds[0] < 0 else 1.0
             cases[f"{name} {turn + 1}"] = Secret(effect, float(sign * effect.typical)), seed
         for k in range(NULLS // CASES_EACH):
             number = NULLS // CASES_EACH * turn + k
-            cases[f"{NOTHING} {number + 1}"] = Secret(None), 2000 + number
+            cases[f"{NOTHING} {number + 1}"] = Secret(None), 4000 + number
     return cases
 
 

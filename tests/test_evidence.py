@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from ramiefenics.discovery.evidence import FACTOR_SD, WHITE, Evidence, Scatter
+from ramiefenics.discovery.evidence import WHITE, Evidence, Scatter
 from ramiefenics.discovery.verdict import (
     chance,
     gains_without_each,
@@ -14,7 +14,7 @@ from ramiefenics.discovery.verdict import (
     smooth,
 )
 
-N, M = 5, 12
+N, M, FACTOR_SD = 5, 12, 0.3
 X = (np.arange(M) + 1.0) / M
 SCATTER = Scatter(tau=0.07, sigma=0.008, length=0.08)
 
@@ -46,7 +46,7 @@ def dense(by_factors, nuisance, scatter):
 def test_likelihood_is_that_of_a_dense_gaussian(curves):
     by_factors, nuisance, signature = curves
     residual = np.random.default_rng(1).normal(0.0, 0.02, (N, M))
-    evidence = Evidence(residual, by_factors, nuisance)
+    evidence = Evidence(residual, by_factors, nuisance, FACTOR_SD)
     values, amplitudes, _ = evidence.likelihoods(
         [SCATTER], np.array([0 * signature, signature]), [(0, 0), (-9, 9)], residual[..., None]
     )
@@ -60,7 +60,7 @@ def test_likelihood_is_that_of_a_dense_gaussian(curves):
 def test_left_out_is_the_conditional_mean(curves):
     by_factors, nuisance, _ = curves
     rng = np.random.default_rng(2)
-    evidence = Evidence(rng.normal(0.0, 0.02, (N, M)), by_factors, nuisance)
+    evidence = Evidence(rng.normal(0.0, 0.02, (N, M)), by_factors, nuisance, FACTOR_SD)
     fit = evidence.fit()
     whole = dense(by_factors, nuisance, fit.scatter)
     data = evidence.residual.ravel()
@@ -73,28 +73,40 @@ def test_left_out_is_the_conditional_mean(curves):
 
 def test_a_strong_effect_is_measured(curves):
     by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance)
+    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
     noise = clean.draw(SCATTER, 1, np.random.default_rng(3))[..., 0]
-    evidence = Evidence(noise + 0.05 * signature, by_factors, nuisance)
+    evidence = Evidence(noise + 0.05 * signature, by_factors, nuisance, FACTOR_SD)
     fit = evidence.fit(signature, (-1.0, 1.0))
     assert abs(fit.amplitude - 0.05) < 3.0 * fit.error
     assert fit.log_likelihood > evidence.fit().log_likelihood + 10.0
 
 
+@pytest.mark.parametrize("factor_sd", [0.05, 0.3])
+def test_what_a_factor_could_do_as_well_is_as_uncertain_as_the_factor(curves, factor_sd):
+    """Only the sum of the two shows in the data: the prior of one is the error of the other."""
+    by_factors, _, _ = curves
+    nothing = np.zeros((N, 1, M))
+    evidence = Evidence(np.zeros((N, M)), by_factors, nothing, factor_sd)
+    scatter = Scatter(tau=0.0, sigma=1e-4, length=0.08)
+    square = evidence.products(scatter, by_factors[None, :, 0])[0, 0]
+    # the noise adds less than 1e-4 of a curve's height, over five specimens
+    assert square**-0.5 == pytest.approx(factor_sd, rel=1e-4)
+
+
 def test_bounds_of_amplitudes_are_kept(curves):
     by_factors, nuisance, signature = curves
-    evidence = Evidence(-0.05 * signature, by_factors, nuisance)
+    evidence = Evidence(-0.05 * signature, by_factors, nuisance, FACTOR_SD)
     assert evidence.fit(signature, (0.0, 1.0)).amplitude == 0.0
 
 
 def test_chance_is_uniform_where_there_is_nothing(curves):
     """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""
     by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance)
+    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
     draws = clean.draw(SCATTER, 60, np.random.default_rng(4))
     found = []
     for k in range(60):
-        evidence = Evidence(draws[..., k], by_factors, nuisance)
+        evidence = Evidence(draws[..., k], by_factors, nuisance, FACTOR_SD)
         base, best = evidence.fit(), evidence.fit(signature, (-1.0, 1.0))
         gain = best.log_likelihood - base.log_likelihood
         rng = np.random.default_rng(k)
@@ -118,12 +130,12 @@ def test_gain_counts_specimens_not_points():
 @pytest.mark.parametrize(("size", "seen"), [(0.0, False), (0.03, True)])
 def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(curves, size, seen):
     by_factors, nuisance, _ = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance)
+    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
     noise = clean.draw(SCATTER, 1, np.random.default_rng(7))[..., 0]
     residual = noise + size * np.cos(3 * np.pi * X)
     modes = smooth(N, M)
     narrow, wide = (
-        Evidence(residual, by_factors, np.concatenate([nuisance, share * modes], axis=1))
+        Evidence(residual, by_factors, np.concatenate([nuisance, share * modes], axis=1), FACTOR_SD)
         for share in (0.003, 0.03)
     )
     p = misfit_chance(narrow, wide, narrow.fit(), np.random.default_rng(8))
@@ -138,7 +150,7 @@ def test_rivals_are_those_within_odds_of_twenty():
 def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
     by_factors, nuisance, _ = curves
     errors = np.random.default_rng(9).normal(0.0, 0.02, (N, M))
-    evidence = Evidence(errors, by_factors, nuisance)
+    evidence = Evidence(errors, by_factors, nuisance, FACTOR_SD)
     fit = evidence.fit()
     left = evidence.without_own(fit, errors)
     distance = np.abs(np.arange(M)[:, None] - np.arange(M)) / M
@@ -151,13 +163,15 @@ def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
 
 def test_one_specimen_cannot_speak_for_an_effect(curves):
     by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance)
+    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
     noise = clean.draw(SCATTER, 1, np.random.default_rng(10))[..., 0]
     for everywhere, size in ((True, 0.05), (False, 0.3)):
         share = np.ones(N) if everywhere else np.eye(N)[2]
-        evidence = Evidence(noise + size * share[:, None] * signature, by_factors, nuisance)
+        evidence = Evidence(
+            noise + size * share[:, None] * signature, by_factors, nuisance, FACTOR_SD
+        )
         gain = evidence.fit(signature, (-1, 1)).log_likelihood - evidence.fit().log_likelihood
-        without = gains_without_each(evidence, signature[None], [(-1.0, 1.0)])[0]
+        without = gains_without_each(evidence, evidence, signature, (-1.0, 1.0))
         assert gain > 5.0
         assert (without.min() > 3.0) == everywhere
         assert everywhere or without.argmin() == 2

@@ -86,6 +86,7 @@ DEFECTS = [
         r"to_mm = 13\.0 must be at most 12 mm.*curve of A ends",
     ),
     ("dataset.toml", "speed", "from_mm = 13\nspeed", r"above from_mm = 13"),
+    ("dataset.toml", "speed", "fit_sd = 0\nspeed", r"fit_sd = 0 must be a number above 0"),
     ("dataset.toml", "speed", 'to_mm = "end"\nspeed', r"dataset\.toml\.to_mm = 'end'.*a number"),
     ("dataset.toml", '"load"', "7", r"dataset\.toml\.columns\.force = 7 must be text"),
     ("dataset.toml", '= "height"', "= 7", r"specimens\.stalk\.position_mm = 7 must be the name"),

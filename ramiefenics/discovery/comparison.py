@@ -131,45 +131,41 @@ class Simulator:
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
         return Task(dataclasses.replace(test, protocol=protocol), factors)
 
-    def linearise(self, model: Model, meshes: Sequence[MeshRecipe]) -> tuple[Linearised, Array]:
-        """Simulate every specimen of a baseline, with derivatives and on other meshes.
+    def linearise(self, model: Model) -> Linearised:
+        """Simulate every specimen with derivatives by the log factors, and by the amplitude.
 
-        Returns
-        -------
-        tuple
-            The predictions; their relative changes on the other meshes, shape (n, meshes, m).
+        The latter is a difference. For an error of the machine, that needs no other simulation.
+
+        Raises
+        ------
+        SpecificationError
+            If the effect has no meaning for a specimen, or a simulation does not reach the end.
         """
         tests = [model.test(specimen.test) for specimen in self._specimens]
-        others = [on_mesh(test, mesh) for test in tests for mesh in meshes]
+        beside, step = [], 0.0
+        if model.effect is not None:
+            step = _step(model.effect, model.amplitude)
+            beside = [model.test(s.test, model.amplitude + step) for s in self._specimens]
         tasks = [self._task(test, model.factors) for test in tests]
         # the longest first, so that all workers end together
-        done = self._runs.curves([*(self._task(test) for test in others), *tasks])
-        elsewhere, curves = done[: len(others)], done[len(others) :]
+        done = self._runs.curves([*tasks, *map(self._task, beside)])
+        curves, moved = done[: len(tests)], done[len(tests) :]
+        force = self._predictions(tests, curves)
         slopes = [
             [self._slope(t, c, f.name) for f in model.factors]
             for t, c in zip(tests, curves, strict=True)
         ]
-        force = self._predictions(tests, curves)
-        changed = self._predictions(others, elsewhere).reshape(len(tests), len(meshes), -1)
-        return Linearised(model, force, np.array(slopes), None), _over(changed, force[:, None]) - 1
+        by_effect = (self._predictions(beside, moved) - force) / step if beside else None
+        return Linearised(model, force, np.array(slopes), by_effect)
 
-    def follow(self, last: Linearised, model: Model) -> Linearised:
-        """Simulate a neighbouring model, and take the derivatives from the last one.
-
-        Those by log factors stay in proportion to the force; one by a new effect is a difference.
-        """
-        tests = [model.test(specimen.test) for specimen in self._specimens]
-        beside, step = [], 0.0
-        if model.effect is not None and last.model.effect is not model.effect:
-            step = _step(model.effect, model.amplitude)
-            beside = [model.test(s.test, model.amplitude + step) for s in self._specimens]
-        curves = self._runs.curves([self._task(test) for test in tests + beside])
-        force = self._predictions(tests, curves[: len(tests)])
-        by_effect = last.by_effect
-        if beside:
-            by_effect = (self._predictions(beside, curves[len(tests) :]) - force) / step
-        by_factors = last.by_factors * _over(force, last.force)[:, None]
-        return Linearised(model, force, by_factors, by_effect)
+    def mesh_errors(self, curves: Linearised, meshes: Sequence[MeshRecipe]) -> Array:
+        """Return relative changes of a model's forces on other meshes, shape (n, meshes, m)."""
+        tests = [curves.model.test(specimen.test) for specimen in self._specimens]
+        others = [on_mesh(test, mesh) for test in tests for mesh in meshes]
+        changed = self._predictions(others, self._runs.curves([*map(self._task, others)]))
+        changed = changed.reshape(len(tests), len(meshes), -1)
+        force = curves.force[:, None]
+        return np.asarray(changed / np.where(force > 0.0, force, np.inf) - 1.0)
 
     def signature(self, base: Linearised, effect: Effect) -> Array:
         """Return the change of every curve by the effect's typical amplitude, per unit of it.
@@ -214,11 +210,6 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     inside = np.minimum(at_mm, displacement[-1])
     found = Akima1DInterpolator(displacement, force)(inside)
     return np.where(at_mm <= displacement[0], 0.0, found)
-
-
-def _over(force: Array, other: Array) -> Array:
-    """Return a ratio of forces, zero where there is none."""
-    return np.asarray(force / np.where(other > 0.0, other, np.inf))
 
 
 def _step(effect: Effect, amplitude: float) -> float:

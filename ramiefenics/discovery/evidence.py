@@ -25,10 +25,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]
 
-FACTOR_SD = 0.3
-"""Prior of a common log factor: moduli are known to about 30 %."""
-
-SCATTER = (0.0, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.25)
+SCATTER = (0.0, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.25, 0.4, 0.6)
 """Grid of tau, a specimen's own log factors."""
 
 NOISE = tuple(0.001 * 2.0 ** (k / 2.0) for k in range(14))
@@ -91,25 +88,32 @@ class Evidence:
         J, shape (n, k, m).
     nuisance
         D for deviations of unit prior, shape (n, q, m).
+    factor_sd
+        Prior of a common log factor: how well the moduli are known.
     """
 
-    def __init__(self, residual: Array, by_factors: Array, nuisance: Array) -> None:
+    def __init__(
+        self, residual: Array, by_factors: Array, nuisance: Array, factor_sd: float
+    ) -> None:
         self.residual = residual[..., None]
-        self._J, self._nuisance = by_factors, nuisance
-        common = np.concatenate([FACTOR_SD * by_factors, nuisance], axis=1)
+        self._J, self._nuisance, self._factor_sd = by_factors, nuisance, factor_sd
+        common = np.concatenate([factor_sd * by_factors, nuisance], axis=1)
         self._common = common.transpose(0, 2, 1)
         where = np.arange(residual.shape[1]) / residual.shape[1]
         self._distance = np.abs(where[:, None] - where)
 
     def without(self, specimen: int) -> Evidence:
         """Return the evidence of all specimens but one."""
-        parts = (self.residual[..., 0], self._J, self._nuisance)
-        return Evidence(*(np.delete(part, specimen, axis=0) for part in parts))
+        residual, by_factors, nuisance = (
+            np.delete(part, specimen, axis=0)
+            for part in (self.residual[..., 0], self._J, self._nuisance)
+        )
+        return Evidence(residual, by_factors, nuisance, self._factor_sd)
 
     def with_nuisance(self, columns: Array) -> Evidence:
         """Return the evidence with more nuisance, shape (n, q, m)."""
         together = np.concatenate([self._nuisance, columns], axis=1)
-        return Evidence(self.residual[..., 0], self._J, together)
+        return Evidence(self.residual[..., 0], self._J, together, self._factor_sd)
 
     def fit(self, signature: Array | None = None, limits: tuple[float, float] = (0, 0)) -> Fit:
         """Return the best fit with a signature, shape (n, m), or without any."""
@@ -172,7 +176,7 @@ class Evidence:
 
     def common_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
         """Return the expected common log factors, shape (k,)."""
-        return FACTOR_SD * self._common_deviations(fit, signature)[: self._J.shape[1]]
+        return self._factor_sd * self._common_deviations(fit, signature)[: self._J.shape[1]]
 
     def _common_deviations(self, fit: Fit, signature: Array | None) -> Array:
         data = (

@@ -16,7 +16,7 @@ from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.specification import SpecificationError
 
-ROUNDS = 3
+ROUNDS = 5
 """Most linearisations of a fit."""
 
 SETTLED, SETTLED_ERRORS = 0.1, 0.5
@@ -99,20 +99,21 @@ class Fitter:
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
         meshes = other_meshes(self._dataset.specimens[0].test.numerics.mesh)
         start = Model(used, (0.0,) * len(used))
-        curves, self._mesh_error = self._simulator.linearise(start, meshes)
+        curves = self._simulator.linearise(start)
+        self._mesh_error = self._simulator.mesh_errors(curves, meshes)
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.common_log_factors(evidence.fit())
             if np.abs(wanted - curves.model.log_factors).max() < SETTLED:
                 break
-            curves = self._follow(curves, curves.model, wanted, 0.0)
+            curves = self._move(curves.model, wanted, 0.0)
         evidence = self.evidence(curves)
         return Fitted(curves, evidence, evidence.fit())
 
     def extended(self, baseline: Fitted, effect: Effect, amplitude: float) -> Fitted:
         """Fit factors and amplitude together, the latter from a first guess."""
         model = dataclasses.replace(baseline.curves.model, effect=effect)
-        curves = self._follow(baseline.curves, model, np.array(model.log_factors), amplitude)
+        curves = self._move(model, np.array(model.log_factors), amplitude)
         for number in range(ROUNDS):
             fitted = self._with_effect(curves, effect)
             moves = np.abs(fitted.log_factors - curves.model.log_factors).max()
@@ -120,7 +121,7 @@ class Fitter:
             settled = moves < SETTLED and change < SETTLED_ERRORS * fitted.fit.error
             if settled or number == ROUNDS - 1:
                 break
-            curves = self._follow(curves, curves.model, fitted.log_factors, fitted.amplitude)
+            curves = self._move(curves.model, fitted.log_factors, fitted.amplitude)
         return fitted
 
     def _with_effect(self, curves: Linearised, effect: Effect) -> Fitted:
@@ -143,11 +144,10 @@ class Fitter:
             residual += curves.model.amplitude * curves.by_effect / peak
         meshes = self._mesh_error * (curves.force / peak)[:, None]
         wrong = model_error * smooth(*residual.shape)
-        return Evidence(residual, by_factors, np.concatenate([meshes, wrong], axis=1))
+        nuisance = np.concatenate([meshes, wrong], axis=1)
+        return Evidence(residual, by_factors, nuisance, self._dataset.layout.fit_sd)
 
-    def _follow(
-        self, last: Linearised, model: Model, log_factors: Array, amplitude: float
-    ) -> Linearised:
+    def _move(self, model: Model, log_factors: Array, amplitude: float) -> Linearised:
         """Go to other parameters, or as far as simulations reach the end."""
         here = np.array(model.log_factors)
         step = np.clip(log_factors - here, -FARTHEST, FARTHEST)
@@ -156,7 +156,7 @@ class Fitter:
         while True:
             try:
                 wanted = model.at(here + share * step, model.amplitude + share * change)
-                return self._simulator.follow(last, wanted)
+                return self._simulator.linearise(wanted)
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:

@@ -31,8 +31,9 @@ from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.specification import BendingTest, MeshRecipe, SpecificationError, mesh_recipe
 
-CONTENDERS, CONTENDER_RANGE = 3, 5.0
-"""Most suspects that are fitted in full, and how far behind the best one may be, log-likelihood."""
+CONTENDERS, CONTENDER_GAIN, CONTENDER_RANGE = 3, 1.0, 5.0
+"""Most suspects that are fitted in full, what they must gain before, and how far behind the best
+one they may be, log-likelihood."""
 
 INVISIBLE = 2.0
 """A suspect whose largest amplitude makes less of a difference, in standard deviations, cannot be
@@ -177,25 +178,14 @@ class _Inquiry:
         baseline = self._fitter.baseline()
         self._stage("trying every suspect", number * suspects)
         signatures, scores = self._suspects(baseline)
-        names = list(signatures)
-        p_value = 1.0
-        if names:
-            best_gain = max(scores[name].gain or 0.0 for name in names)
-            p_value = chance(
-                baseline.evidence,
-                baseline.fit,
-                np.array(list(signatures.values())),
-                [self._effects[name].bounds for name in names],
-                best_gain,
-                self._rng,
-            )
-        self._chances = p_value, self._misfit(baseline)
-        if p_value < SIGNIFICANCE:
-            self._drop_unsteady(baseline, signatures, scores)
-        if p_value >= SIGNIFICANCE or not signatures:
-            verdict = "none" if self._chances[1] >= SIGNIFICANCE else "unknown"
-            return self._discovery(verdict, scores, baseline)
-        return self._name(baseline, signatures, scores)
+        fits = self._contenders(baseline, signatures, scores)
+        self._chances = self._chance(baseline, signatures, scores), self._misfit(baseline)
+        if self._chances[0] < SIGNIFICANCE:
+            fits = self._steady(baseline, fits, scores)
+            if fits:
+                return self._name(baseline, signatures, fits, scores)
+        verdict = "none" if self._chances[1] >= SIGNIFICANCE else "unknown"
+        return self._discovery(verdict, scores, baseline)
 
     def _suspects(self, baseline: Fitted) -> tuple[dict[str, Array], dict[str, Score]]:
         signatures: dict[str, Array] = {}
@@ -218,50 +208,76 @@ class _Inquiry:
             scores[name] = Score(gain, fit.amplitude, fit.error)
         return signatures, scores
 
-    def _drop_unsteady(
-        self, baseline: Fitted, signatures: dict[str, Array], scores: dict[str, Score]
-    ) -> None:
-        """Drop suspects that one specimen alone speaks for, and those that gain too little."""
-        names = list(signatures)
-        limits = [self._effects[name].bounds for name in names]
-        stacked = np.array(list(signatures.values()))
-        without = gains_without_each(baseline.evidence, stacked, limits)
-        for name, gains in zip(names, without, strict=True):
-            if gains.min() >= RIVAL:
+    def _contenders(
+        self,
+        baseline: Fitted,
+        signatures: dict[str, Array],
+        scores: dict[str, Score],
+    ) -> dict[str, Fitted]:
+        """Fit the best suspects in full: far from the baseline its derivatives tell little."""
+        gains = {name: scores[name].gain or 0.0 for name in signatures}
+        order = sorted(gains, key=lambda name: -gains[name])
+        fits = {}
+        for name in order[:CONTENDERS]:
+            if gains[name] < max(CONTENDER_GAIN, gains[order[0]] - CONTENDER_RANGE):
+                break
+            self._stage(f"fitting {name}", 4 * len(self._dataset.specimens))
+            try:
+                fitted = self._fitter.extended(
+                    baseline, self._effects[name], scores[name].amplitude
+                )
+            except SpecificationError as error:
+                del signatures[name]
+                scores[name] = Score(None, reason=str(error))
                 continue
-            del signatures[name]
-            if (scores[name].gain or 0.0) >= RIVAL:
+            fits[name] = fitted
+            gain = fitted.fit.log_likelihood - baseline.fit.log_likelihood
+            scores[name] = Score(gain, fitted.amplitude, fitted.fit.error)
+        return fits
+
+    def _chance(
+        self, baseline: Fitted, signatures: Mapping[str, Array], scores: Mapping[str, Score]
+    ) -> float:
+        """Return the probability of the best suspect's gain without any effect."""
+        if not signatures:
+            return 1.0
+        return chance(
+            baseline.evidence,
+            baseline.fit,
+            np.array(list(signatures.values())),
+            [self._effects[name].bounds for name in signatures],
+            max(scores[name].gain or 0.0 for name in signatures),
+            self._rng,
+        )
+
+    def _steady(
+        self, baseline: Fitted, fits: Mapping[str, Fitted], scores: dict[str, Score]
+    ) -> dict[str, Fitted]:
+        """Return the contenders that gain enough whichever specimen is left out."""
+        steady = {}
+        for name, fitted in fits.items():
+            assert fitted.signature is not None  # it has an effect
+            gains = gains_without_each(
+                baseline.evidence, fitted.evidence, fitted.signature, self._effects[name].bounds
+            )
+            if gains.min() >= RIVAL:
+                steady[name] = fitted
+            elif (scores[name].gain or 0.0) >= RIVAL:
                 who = self._dataset.specimens[int(gains.argmin())].name
                 reason = f"rests on {who}: without it the gain is {gains.min():.1f}"
                 scores[name] = dataclasses.replace(scores[name], reason=reason)
+        return steady
 
     def _name(
         self,
         baseline: Fitted,
         signatures: Mapping[str, Array],
+        fits: Mapping[str, Fitted],
         scores: dict[str, Score],
     ) -> Discovery:
-        """Fit the best suspects in full, and decide between them."""
-        gains = {name: scores[name].gain or 0.0 for name in signatures}
-        order = sorted(gains, key=lambda name: -gains[name])
-        fits = {}
-        for name in order[:CONTENDERS]:
-            if gains[order[0]] - gains[name] < CONTENDER_RANGE:
-                self._stage(f"fitting {name}", 4 * len(self._dataset.specimens))
-                try:
-                    fitted = self._fitter.extended(
-                        baseline, self._effects[name], scores[name].amplitude
-                    )
-                except SpecificationError as error:
-                    del gains[name]
-                    scores[name] = Score(None, reason=str(error))
-                    continue
-                fits[name] = fitted
-                gains[name] = fitted.fit.log_likelihood - baseline.fit.log_likelihood
-                scores[name] = Score(gains[name], fitted.amplitude, fitted.fit.error)
-        best = max(fits, key=lambda name: gains[name], default=None)
-        if best is None or gains[best] < RIVAL:  # in full it explains no more than the baseline
-            return self._discovery("unknown", scores, baseline)
+        """Decide between the contenders."""
+        gains = {name: scores[name].gain or 0.0 for name in fits}
+        best = max(gains, key=lambda name: gains[name])
         found, others = fits[best], rivals(gains, best)
         left = self._misfit(found)
         if left < SIGNIFICANCE:

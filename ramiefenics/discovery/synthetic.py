@@ -144,6 +144,7 @@ def _layout() -> dict[str, object]:
         "title": "Ramie stalks in three-point bending",
         "baseline": "table3",
         "speed_mm_per_min": 60.0 * SPEED_MM_PER_S,
+        "fit_sd": COMMON_SD,
         "fixture": {"span_mm": 100.0, "indenter_radius_mm": 5.0, "support_radius_mm": 5.0},
         "specimens": {
             "stalk.layers.phloem.outer_diameter_mm": "outer_mm",

@@ -9,8 +9,9 @@ import numpy as np
 
 from ramiefenics.discovery.evidence import Array, Evidence, Fit, Scatter, all_scatters
 
-SIGNIFICANCE = 0.005
-"""Probability, without any effect, of a likelihood ratio like the best suspect's."""
+SIGNIFICANCE = 0.001
+"""Probability, without any effect, of a likelihood ratio like the best suspect's: one in a thousand
+data sets without any is accused."""
 
 RIVAL = 3.0
 """Suspects whose log-likelihood is within that of the best's are not told apart: odds of 20."""
@@ -66,17 +67,25 @@ def gains_over_nothing(
 
 
 def gains_without_each(
-    evidence: Evidence, signatures: Array, limits: Sequence[tuple[float, float]]
+    baseline: Evidence, extended: Evidence, signature: Array, limits: tuple[float, float]
 ) -> Array:
-    """Return what signatures gain where one specimen is left out, shape (E, n).
+    """Return what an effect gains where one specimen is left out, shape (n,).
 
     No single specimen, whose handling may be its own, is to decide.
+
+    Parameters
+    ----------
+    baseline, extended
+        The evidence as linearised where the baseline, and the model with the effect, fit best.
+    signature, limits
+        Of the effect, shape (n, m); its least and largest amplitude.
     """
     gains = []
-    for specimen in range(signatures.shape[1]):
-        rest, others = evidence.without(specimen), np.delete(signatures, specimen, axis=1)
-        gains.append(gains_over_nothing(rest, all_scatters(), others, limits, rest.residual)[:, 0])
-    return np.array(gains).T
+    for specimen in range(len(signature)):
+        rest = np.delete(signature, specimen, axis=0)
+        with_effect = extended.without(specimen).fit(rest, limits)
+        gains.append(with_effect.log_likelihood - baseline.without(specimen).fit().log_likelihood)
+    return np.array(gains)
 
 
 def smooth(specimens: int, points: int) -> Array:

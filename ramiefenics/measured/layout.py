@@ -79,6 +79,10 @@ class Layout:
     fit
         Common factors fitted before anything is suspected, see `ramiefenics.discovery.factors`.
         By default the axial and transverse moduli of every layer.
+    fit_sd
+        How well these are known, standard deviation of their logarithms: 0.1 where the batch's
+        moduli were measured to 10 %. The more uncertain they are, the more of an effect they can
+        take up.
     mesh
         Recipe of the simulations, by name or in full.
     from_mm, to_mm
@@ -94,6 +98,7 @@ class Layout:
     seating: Seating = field(default_factory=Seating)
     specimens: dict[str, Any] = field(default_factory=dict)
     fit: list[str] = field(default_factory=list)
+    fit_sd: float = 0.3
     mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("screening"))
     from_mm: float = 0.0
     to_mm: float | None = None
@@ -102,6 +107,7 @@ class Layout:
         """Check each by itself."""
         check_text(self, "baseline")
         check_number(self, "from_mm", at_least=0.0, unit="mm")
+        check_number(self, "fit_sd", above=0.0)
         for name in ("to_mm", "speed_mm_per_min"):
             if getattr(self, name) is not None:
                 check_number(self, name, above=0.0)
