@@ -69,7 +69,7 @@ def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture
     # effects within a curve show in its shape, those between specimens in the whole of it
     kind = "gain" if secret.effect.name in BETWEEN_SPECIMENS else "shape_gain"
     assert verdict[kind]["ratio"] < 1.0
-    assert verdict["p_value"] < 0.005
+    assert verdict["p_value"] < 0.001
     extended = rf.read_test(tmp_path / "found" / "extended.toml")
     assert extended != rf.read_test(tmp_path / "found" / "baseline.toml")
     for name in ("residual.png", "suspects.png", "left_out.png"):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.evidence import Array, Evidence, Fit, Scatter, all_scatters
+from ramiefenics.discovery.evidence import Array, Evidence, Fit, all_scatters
 
 SIGNIFICANCE = 0.001
 """Probability, without any effect, of a likelihood ratio like the best suspect's: one in a thousand
@@ -48,22 +48,6 @@ class Score:
     amplitude: float = 0.0
     error: float = 0.0
     reason: str = ""
-
-
-def gains_over_nothing(
-    evidence: Evidence,
-    scatters: Sequence[Scatter],
-    signatures: Array,
-    limits: Sequence[tuple[float, float]],
-    residuals: Array,
-) -> Array:
-    """Return what signatures gain in log-likelihood, shape (E, B); see `Evidence.likelihoods`."""
-    nothing = np.zeros_like(signatures[:1])
-    values, _, _ = evidence.likelihoods(
-        scatters, np.concatenate([nothing, signatures]), [(0.0, 0.0), *limits], residuals
-    )
-    best = values.max(axis=0)
-    return np.asarray(best[1:] - best[0])
 
 
 def gains_without_each(
@@ -110,7 +94,10 @@ def chance(
     """
     scatters = all_scatters(fit.scatter.length)
     draws = evidence.draw(fit.scatter, DRAWS, rng)
-    gains = gains_over_nothing(evidence, scatters, signatures, limits, draws).max(axis=0)
+    tried = np.concatenate([np.zeros_like(signatures[:1]), signatures])
+    values, _, _ = evidence.likelihoods(scatters, tried, [(0.0, 0.0), *limits], draws)
+    nothing, *suspects = values.max(axis=0)
+    gains = np.max(suspects, axis=0) - nothing
     return float((1 + (gains >= best_gain).sum()) / (1 + DRAWS))
 
 
