@@ -2,7 +2,7 @@
 
     ./run python benchmarks/discovery.py [--cases N] [--workers N]
 
-Two to three hours on two cores. Every case is made by the full simulator on another mesh of another
+About four hours on two cores. Every case is made by the full simulator on another mesh of another
 element order, and handed to `ramiefenics discover`, a process that sees the folder alone. Keeps
 finished cases in `docs/discovery.json`, and writes `docs/discovery_cases.md`.
 """
