@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -12,12 +13,12 @@ from scipy.interpolate import Akima1DInterpolator
 
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
-from ramiefenics.discovery.meshes import on_mesh
+from ramiefenics.discovery.meshes import on_mesh, other_meshes
 from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
-from ramiefenics.specification import BendingTest, MeshRecipe, SpecificationError
+from ramiefenics.specification import BendingTest, Machine, SpecificationError
 
 POINTS = 28
 """Displacements at which curves are compared: noise is correlated over about one such interval."""
@@ -98,6 +99,8 @@ class Linearised:
         Predicted, shape (n, m).
     by_factors
         Derivatives by the log factors, shape (n, k, m).
+    by_mesh
+        Changes on other meshes, two of them, shape (n, 2, m).
     by_effect
         Derivative by the amplitude, per unit of it, shape (n, m); None without effect.
     """
@@ -105,6 +108,7 @@ class Linearised:
     model: Model
     force: Array
     by_factors: Array
+    by_mesh: Array
     by_effect: Array | None
 
 
@@ -125,6 +129,7 @@ class Simulator:
         self._specimens = dataset.specimens
         self._at = at_mm
         self._runs = runs
+        self._meshes = other_meshes(dataset.specimens[0].test.numerics.mesh)
 
     def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> Task:
         travel = float(self._at[-1])
@@ -134,7 +139,8 @@ class Simulator:
     def linearise(self, model: Model) -> Linearised:
         """Simulate every specimen with derivatives by the log factors, and by the amplitude.
 
-        The latter is a difference. For an error of the machine, that needs no other simulation.
+        The latter is a difference. For an error of the machine, that needs no other simulation. Nor
+        do other meshes, but for the specimens as specified.
 
         Raises
         ------
@@ -151,21 +157,31 @@ class Simulator:
         done = self._runs.curves([*tasks, *map(self._task, beside)])
         curves, moved = done[: len(tests)], done[len(tests) :]
         force = self._predictions(tests, curves)
-        slopes = [
-            [self._slope(t, c, f.name) for f in model.factors]
-            for t, c in zip(tests, curves, strict=True)
-        ]
+        slopes, by_mesh = [], []
+        for test, curve, errors in zip(tests, curves, self._mesh_errors, strict=True):
+            slopes.append([self._slope(test, curve, curve[f.name]) for f in model.factors])
+            wrong = [np.interp(curve["displacement_mm"], self._at, error) for error in errors]
+            by_mesh.append([self._slope(test, curve, curve["force_N"] * error) for error in wrong])
         by_effect = (self._predictions(beside, moved) - force) / step if beside else None
-        return Linearised(model, force, np.array(slopes), by_effect)
+        return Linearised(model, force, np.array(slopes), np.array(by_mesh), by_effect)
 
-    def mesh_errors(self, curves: Linearised, meshes: Sequence[MeshRecipe]) -> Array:
-        """Return relative changes of a model's forces on other meshes, shape (n, meshes, m)."""
-        tests = [curves.model.test(specimen.test) for specimen in self._specimens]
-        others = [on_mesh(test, mesh) for test in tests for mesh in meshes]
-        changed = self._predictions(others, self._runs.curves([*map(self._task, others)]))
-        changed = changed.reshape(len(tests), len(meshes), -1)
-        force = curves.force[:, None]
-        return np.asarray(changed / np.where(force > 0.0, force, np.inf) - 1.0)
+    @cached_property
+    def _mesh_errors(self) -> Array:
+        """Relative changes of the specimens' forces on other meshes, shape (n, 2, m).
+
+        At displacements of the indenter: what machine and seating make of them, they make of the
+        forces.
+        """
+        direct = [dataclasses.replace(s.test, machine=Machine()) for s in self._specimens]
+        tests = [
+            test if mesh is None else on_mesh(test, mesh)
+            for test in direct
+            for mesh in (None, *self._meshes)
+        ]
+        curves = self._runs.curves([*map(self._task, tests)])
+        force = self._predictions(tests, curves).reshape(len(direct), 1 + len(self._meshes), -1)
+        plain = force[:, :1]
+        return np.asarray(force[:, 1:] / np.where(plain > 0.0, plain, np.inf) - 1.0)
 
     def signature(self, base: Linearised, effect: Effect) -> Array:
         """Return the change of every curve by the effect's typical amplitude, per unit of it.
@@ -183,9 +199,10 @@ class Simulator:
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])
 
-    def _slope(self, test: BendingTest, curve: pd.DataFrame, name: str) -> Array:
+    def _slope(self, test: BendingTest, curve: pd.DataFrame, change: pd.Series) -> Array:
+        """Return what a small change of the indenter's forces makes of the recorded ones."""
         small = 1e-3
-        moved = curve.assign(force_N=curve["force_N"] + small * curve[name])
+        moved = curve.assign(force_N=curve["force_N"] + small * change)
         return (recorded(test, moved, self._at) - recorded(test, curve, self._at)) / small
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from ramiefenics.discovery.comparison import Linearised, Model, Observed, Simulator
 from ramiefenics.discovery.evidence import Array, Evidence, Fit
 from ramiefenics.discovery.factors import factors
-from ramiefenics.discovery.meshes import other_meshes
 from ramiefenics.discovery.verdict import MODEL_ERROR, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
@@ -92,15 +91,11 @@ class Fitter:
 
     def __init__(self, dataset: Dataset, observed: Observed, simulator: Simulator) -> None:
         self._dataset, self._observed, self._simulator = dataset, observed, simulator
-        self._mesh_error: Array  # relative, (n, meshes, m); known since the baseline
 
     def baseline(self) -> Fitted:
         """Fit the common factors."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
-        meshes = other_meshes(self._dataset.specimens[0].test.numerics.mesh)
-        start = Model(used, (0.0,) * len(used))
-        curves = self._simulator.linearise(start)
-        self._mesh_error = self._simulator.mesh_errors(curves, meshes)
+        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)))
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.common_log_factors(evidence.fit())
@@ -142,9 +137,8 @@ class Fitter:
         residual += np.einsum("k,nkm->nm", curves.model.log_factors, by_factors)
         if curves.by_effect is not None:
             residual += curves.model.amplitude * curves.by_effect / peak
-        meshes = self._mesh_error * (curves.force / peak)[:, None]
         wrong = model_error * smooth(*residual.shape)
-        nuisance = np.concatenate([meshes, wrong], axis=1)
+        nuisance = np.concatenate([curves.by_mesh / peak[..., None], wrong], axis=1)
         return Evidence(residual, by_factors, nuisance, self._dataset.layout.fit_sd)
 
     def _move(self, model: Model, log_factors: Array, amplitude: float) -> Linearised:
