@@ -72,10 +72,6 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
         said = [c["causes"][0] if c["verdict"] == "cause" else c["verdict"] for c in cases]
         counts = [str(said.count(column) or "") for column in columns]
         rows.append([hidden or NOTHING, str(len(cases)), *counts])
-    right = sum(c["verdict"] == "cause" and c["causes"] == [c["hidden"]] for c in record.values())
-    wrong = sum(c["verdict"] == "cause" and c["causes"] != [c["hidden"]] for c in record.values())
-    hidden = sum(case["hidden"] is not None for case in record.values())
-    wall = [case["wall_s"] for case in record.values()]
     lines = [
         "# Sealed cases",
         "",
@@ -83,8 +79,7 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
         "[discovery.md](discovery.md). Rows: what was hidden; columns: what `discover` said.",
         "",
         table(["hidden", "cases", *columns], rows),
-        f"{right} of {hidden} named right, {wrong} wrong names. One `discover` took "
-        f"{np.median(wall) / 60:.1f} minutes, {max(wall) / 60:.1f} at most.",
+        _totals([*record.values()]),
         "",
         "## Every case",
         "",
@@ -103,6 +98,20 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
         ),
     ]
     return "\n".join(lines)
+
+
+def _totals(cases: list[dict[str, Any]]) -> str:
+    hidden = sum(case["hidden"] is not None for case in cases)
+    named = [case for case in cases if case["verdict"] == "cause"]
+    right = [case for case in named if case["causes"] == [case["hidden"]]]
+    intervals = [(c["amplitude"], *c["amplitudes"][c["hidden"]]["interval"]) for c in right]
+    held = sum(low <= amplitude <= high for amplitude, low, high in intervals)
+    minutes = [case["wall_s"] / 60 for case in cases]
+    return (
+        f"{len(right)} of {hidden} named right, {len(named) - len(right)} wrong names. Of the 95 % "
+        f"intervals of those named right, {held} hold the amplitude. One `discover` took "
+        f"{np.median(minutes):.1f} minutes, {max(minutes):.1f} at most."
+    )
 
 
 def _row(label: str, case: dict[str, Any]) -> list[str]:
