@@ -1,4 +1,4 @@
-"""Recorded forces and their changes, for a stalk that is a linear spring: all in closed form."""
+"""Recorded forces, their changes and fits for stalks that are linear springs, in closed form."""
 
 from types import SimpleNamespace
 
@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.comparison import Model, Simulator
+from ramiefenics.discovery.comparison import Model, Observed, Simulator
 from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.fitting import Fitter
 from ramiefenics.discovery.meshes import other_meshes
 
 STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, GAP_MM = 10.0, 0.02, 0.3
@@ -16,29 +17,49 @@ AT_MM = np.linspace(0.5, 6.0, 12)
 
 
 class Springs:
-    """Simulates springs whose stiffness depends on the mesh only."""
+    """Simulates springs, as stiff as mesh and xylem make them."""
 
-    def __init__(self, stiffness: dict[rf.MeshRecipe, float]) -> None:
-        self._stiffness = stiffness
+    def __init__(self, stiffness: dict[rf.MeshRecipe, float], modulus_MPa: float) -> None:
+        self._stiffness, self._modulus_MPa = stiffness, modulus_MPa
+        self.linearised = 0
 
     def curves(self, tasks: list) -> list[pd.DataFrame]:
+        self.linearised += sum(bool(task.factors) for task in tasks)
         u = np.linspace(0.0, 7.0, 71)
         curves = []
         for task in tasks:
-            force = self._stiffness[task.test.numerics.mesh] * u
+            scale = axial_modulus_MPa(task.test) / self._modulus_MPa
+            force = scale * self._stiffness[task.test.numerics.mesh] * u
             by_factors = {factor.name: force for factor in task.factors}
             curves.append(pd.DataFrame({"displacement_mm": u, "force_N": force, **by_factors}))
         return curves
 
 
+def axial_modulus_MPa(test: rf.BendingTest) -> float:
+    return test.stalk.layers[0].material.elastic.E_Z_MPa
+
+
 @pytest.fixture
-def simulator(screening: rf.BendingTest) -> Simulator:
+def springs(screening: rf.BendingTest) -> Springs:
     mesh = screening.numerics.mesh
     finer, other = other_meshes(mesh)
     stiffness = {mesh: 1.0, finer: 0.97, other: 1.08}
-    springs = Springs({m: STIFFNESS_N_PER_MM * value for m, value in stiffness.items()})
-    stalks = SimpleNamespace(specimens=[SimpleNamespace(test=screening)])
-    return Simulator(stalks, AT_MM, springs)
+    in_N_per_mm = {m: STIFFNESS_N_PER_MM * value for m, value in stiffness.items()}
+    return Springs(in_N_per_mm, axial_modulus_MPa(screening))
+
+
+@pytest.fixture
+def dataset(screening: rf.BendingTest) -> SimpleNamespace:
+    return SimpleNamespace(
+        baseline=screening,
+        specimens=[SimpleNamespace(test=screening)],
+        layout=SimpleNamespace(fit=["xylem.axial"], fit_sd=0.1),
+    )
+
+
+@pytest.fixture
+def simulator(dataset: SimpleNamespace, springs: Springs) -> Simulator:
+    return Simulator(dataset, AT_MM, springs)
 
 
 def loose(gap_mm: float) -> rf.Effect:
@@ -67,3 +88,23 @@ def test_changes_pass_through_the_machine(
     assert np.allclose(found.by_mesh[0], np.outer([-0.03, 0.08], by_log_k), rtol=1e-3)
     assert found.by_effect is not None
     assert np.allclose(found.by_effect[0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("gap_mm", "found_mm", "rounds"), [(-0.2, 0.0, 1), (0.1, 0.1, 2)])
+def test_fit_ends_where_the_effect_vanishes(
+    dataset: SimpleNamespace,
+    springs: Springs,
+    simulator: Simulator,
+    gap_mm: float,
+    found_mm: float,
+    rounds: int,
+) -> None:
+    """A curve that begins before contact, as no gap makes it; and one with a gap."""
+    force = STIFFNESS_N_PER_MM * (AT_MM - gap_mm)[None]
+    fitter = Fitter(dataset, Observed(AT_MM, force, force.max(axis=1)), simulator)
+    baseline = fitter.baseline()
+    before = springs.linearised
+    fitted = fitter.extended(baseline, rf.EFFECTS["seating_gap"], 0.3)
+    # smooth errors of 0.3 % of the peak may pass for 0.003 * 59 N / 10 N/mm of gap
+    assert fitted.amplitude == pytest.approx(found_mm, abs=0.02)
+    assert springs.linearised - before == rounds

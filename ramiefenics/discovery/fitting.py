@@ -106,7 +106,10 @@ class Fitter:
         return Fitted(curves, evidence, evidence.fit())
 
     def extended(self, baseline: Fitted, effect: Effect, amplitude: float) -> Fitted:
-        """Fit factors and amplitude together, the latter from a first guess."""
+        """Fit factors and amplitude together, the latter from a first guess.
+
+        Where the amplitude comes to zero the fit ends: that is the baseline.
+        """
         model = dataclasses.replace(baseline.curves.model, effect=effect)
         curves = self._move(model, np.array(model.log_factors), amplitude)
         for number in range(ROUNDS):
@@ -114,7 +117,7 @@ class Fitter:
             moves = np.abs(fitted.log_factors - curves.model.log_factors).max()
             change = abs(fitted.amplitude - curves.model.amplitude)
             settled = moves < SETTLED and change < SETTLED_ERRORS * fitted.fit.error
-            if settled or number == ROUNDS - 1:
+            if settled or fitted.amplitude == 0.0 or number == ROUNDS - 1:
                 break
             curves = self._move(curves.model, fitted.log_factors, fitted.amplitude)
         return fitted

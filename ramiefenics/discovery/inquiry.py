@@ -156,8 +156,10 @@ class _Inquiry:
                 del signatures[name]
                 scores[name] = Score(None, reason=str(error))
                 continue
-            fits[name] = fitted
-            gain = fitted.fit.log_likelihood - baseline.fit.log_likelihood
+            gain = 0.0
+            if fitted.amplitude != 0.0:
+                fits[name] = fitted
+                gain = fitted.fit.log_likelihood - baseline.fit.log_likelihood
             scores[name] = Score(gain, fitted.amplitude, fitted.fit.error)
         return fits
 
