@@ -2,7 +2,7 @@
 
     ./run python benchmarks/discovery.py [--cases N] [--workers N]
 
-About four hours on two cores. Every case is made by the full simulator on another mesh of another
+About five hours on two cores. Every case is made by the full simulator on another mesh of another
 element order, and handed to `ramiefenics discover`, a process that sees the folder alone. Keeps
 finished cases in `docs/discovery.json`, and writes `docs/discovery_cases.md`.
 """
@@ -25,7 +25,7 @@ from ramiefenics.discovery.runs import Runs
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import EFFECTS
 
-CASES_EACH, NULLS = 5, 10
+CASES_EACH, NULLS = 6, 12
 NOTHING = "nothing"
 
 
