@@ -66,12 +66,12 @@ def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
 @contextmanager
 def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
     """Show stages, simulations done and expected, and time left."""
-    with _bar("{task.completed} of about {task.total} simulations") as progress:
-        task = progress.add_task("reading", total=None)
+    with _bar("{task.completed}{task.fields[of]} simulations") as progress:
+        task = progress.add_task("reading", total=None, of="")
 
         def stage(name: str, expected: int) -> None:
             total = progress.tasks[task].completed + expected
-            progress.update(task, description=name, total=total)
+            progress.update(task, description=name, total=total, of=f" of about {total:g}")
 
         yield stage, lambda number: progress.update(task, advance=number)
 
