@@ -235,6 +235,17 @@ def test_variants_of_nitsches_method_agree(
     assert imbalance < 1e-3 * other.max_force_N
 
 
+def test_same_run_gives_the_same_bits(coarse: BendingTest) -> None:
+    """On one rank, whatever lies where in memory."""
+    test = override(coarse, ["protocol.travel_mm=1.0"])
+    curves, kept = [], []
+    for size in (0, 1001, 30003):
+        kept.append(np.empty(size))  # moves what is allocated next
+        curves.append(simulate(test, MPI.COMM_SELF).curve)
+    for curve in curves[1:]:
+        assert curve.equals(curves[0])
+
+
 def test_rounding_does_not_choose_what_a_cylinder_may_touch() -> None:
     """The standard recipe has cells just between indenter and support."""
     test = override(published_test("table3"), ["numerics.mesh=standard"])

@@ -30,6 +30,9 @@ class Response:
         For tables and figures.
     of
         From a curve to the number; NaN where the curve does not say.
+    simulated
+        From a simulation to the number, where a curve of few, exact points says more than one of
+        many, noisy ones.
     needs_peak
         Whether a curve that ends early, still rising, leaves it unknown.
     at_mm
@@ -42,6 +45,7 @@ class Response:
     of: Callable[[Curve], float]
     needs_peak: bool = False
     at_mm: float = 0.0
+    simulated: Callable[[BendingResult], float] | None = None
 
     def check_travel(self, travel_mm: float) -> None:
         """Check that a travel goes as far as the response is read.
@@ -64,6 +68,8 @@ class Response:
         """Return the number of a simulation; NaN if it ended before that was known."""
         if self.needs_peak and not (result.completed or result.has_force_maximum):
             return math.nan
+        if self.simulated is not None:
+            return self.simulated(result)
         curve = result.curve[["recorded_displacement_mm", "force_N"]]
         return self.of(curve.rename(columns={"recorded_displacement_mm": "displacement_mm"}))
 
@@ -127,13 +133,23 @@ AT: dict[str, Callable[[Curve, float], float]] = {"force": _force, "energy": wor
 CURVE = {
     found.name: found
     for found in (
-        Response("max_force_N", "maximum force", "N", _max_force, needs_peak=True),
+        Response(
+            "max_force_N",
+            "maximum force",
+            "N",
+            _max_force,
+            needs_peak=True,
+            simulated=lambda result: result.max_force_N,
+        ),
         Response(
             "displacement_at_max_mm",
             "displacement at maximum force",
             "mm",
             _displacement_at_max,
             needs_peak=True,
+            simulated=lambda result: result.test.machine.displacement(
+                result.displacement_at_max_mm, result.max_force_N
+            ),
         ),
         Response("slope_N_per_mm", "slope", "N/mm", _slope, needs_peak=True),
     )

@@ -140,10 +140,12 @@ def _report(result: BendingResult, folder: Path) -> None:
     from ramiefenics.solve.result import LOSSES
 
     statistics = result.statistics
-    peak = "force maximum" if result.has_force_maximum else "force still rising at the end,"
+    peak = result.peak
     typer.echo(
-        f"{peak} {result.max_force_N:.2f} N at {result.displacement_at_max_mm:.2f} mm; "
-        f"slope {result.slope_N_per_mm:.2f} N/mm"
+        f"{'force maximum' if peak.inside else 'force still rising at the end,'} "
+        f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
+        f"{peak.plateau_mm[0]:.2f} to {peak.plateau_mm[1]:.2f} mm; by the steps uncertain by "
+        f"{peak.step_error_N:.2g} N; slope {result.slope_N_per_mm:.2f} N/mm"
     )
     typer.echo(
         f"{statistics.dofs} unknowns, {statistics.steps} steps, "

@@ -43,7 +43,7 @@ class BendingProblem:
     energy
         Compiled form of the stored energy, N mm.
     mass
-        Compiled form of the lumped mass: the density times the test function, tonne.
+        Compiled form of the consistent mass, bilinear, tonne.
     bcs
         Symmetry conditions; nothing else holds the stalk.
     factor
@@ -80,7 +80,7 @@ class BendingProblem:
         self.residual = compile_form(residual)
         self.jacobian = compile_form(ufl.derivative(residual, u, du))
         self.energy = compile_form(self.solid.energy())
-        self.mass = compile_form(self.solid.density * sum(v) * self.solid.dx)
+        self.mass = compile_form(self.solid.density * ufl.inner(du, v) * self.solid.dx)
 
     @property
     def unknowns(self) -> int:
@@ -104,11 +104,15 @@ class BendingProblem:
 
     def place(self, travel: float) -> None:
         """Push the indenter down from its last accepted position; may be called again."""
-        self.contact.place(INDENTER, -travel, travel)
+        self.contact.place(INDENTER, -travel)
+
+    def remember(self) -> None:
+        """Let slip refer to the current state."""
+        self.contact.advance()
 
     def accept(self) -> None:
         """Make the current state the last accepted one, to which slip and stabilisation refer."""
-        self.contact.advance()
+        self.remember()
         self.contact.update_stabilisation()
 
     def _cylinders(self) -> tuple[Cylinder, ...]:

@@ -11,9 +11,7 @@ last term vanishes at the solution whatever its test side is: A is taken at the 
 step, which keeps the compiled tangent small, and the normal is not varied, which keeps the
 discrete forces in exact balance.
 
-Friction adds ``- mu p s / sqrt(s^2 + s_0^2)``, with s the tangential slip in this step and s_0 a
-small multiple of the indenter's travel in it: Coulomb's law, regularised in the slip per travel.
-The coefficient falls from static to dynamic with the slip per travel of the step before.
+Friction adds ``-mu p b``, Coulomb's law with a memory at every quadrature point: see `friction`.
 """
 
 from __future__ import annotations
@@ -27,6 +25,8 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from ramiefenics.model.facet_memory import FacetMemory
+from ramiefenics.model.friction import FrictionLaw, Grip
 from ramiefenics.model.jit import compile_expression, compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
@@ -36,9 +36,8 @@ SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 """By element order; finer than the volume's, because the edge of contact cuts facets."""
 
 
-LOOSE = 0.02
-"""Slip per travel at which the coefficient of friction has lost all but 1/e of what the static one
-exceeds the dynamic one by: small, as Coulomb knows rest and motion only."""
+SLIPS = 0.9
+"""Share of friction that is mobilised where a point counts as slipping."""
 
 GAP_LIMIT = 0.1
 """Nothing touches across a gap wider than this multiple of the surface cells' thickness. At a
@@ -78,7 +77,7 @@ class ContactSums:
     force_y_N
         Force on the stalk along Y.
     friction_work_Nmm
-        Dissipated by friction in the last step.
+        Done against friction so far.
     area_mm2
         Touching area, undeformed.
     first_mm3, second_mm4
@@ -128,13 +127,9 @@ class Contact:
         self._plane = fem.functionspace(mesh, ("DG", 0, (2,)))  # (Y, Z), across the cylinders
         self._axis = fem.Function(self._plane)
         self._motion = fem.Function(self._plane)
-        self._last_motion = fem.Function(self._plane)
         self._radius = fem.Function(solid.cellwise)
         self.gamma = fem.Function(solid.cellwise, name="stabilisation")
         self._previous = fem.Function(solid.space)
-        self._before_previous = fem.Function(solid.space)
-        self._travel = fem.Constant(mesh, 1.0)
-        self._last_travel = fem.Constant(mesh, 1.0)
         self._reach = fem.Constant(mesh, GAP_LIMIT * cell_thickness_mm)
         self._mark_cells()
         self._state()
@@ -183,29 +178,35 @@ class Contact:
         near = ufl.lt(gap, self._reach)
         self.pressure = ufl.conditional(ufl.And(ufl.ge(trial, 0), near), trial, 0)
 
-        def slip(now: Expr, then: Expr, motion: Expr) -> Expr:
-            moved = now - then - ufl.as_vector((0, motion[0], motion[1]))
-            return moved - ufl.dot(moved, n) * n
+        def along(vector: Expr) -> Expr:
+            return vector - ufl.dot(vector, n) * n
 
-        tolerance = self._method.slip_tolerance
-        self._slip = slip(u, self._previous, self._motion)
-        last = slip(self._previous, self._before_previous, self._last_motion)
-        last_rate_squared = ufl.dot(last, last) / self._last_travel**2
-        # of the fourth order: the creep of sticking points, by the regularisation, is no slip
-        decay = ufl.exp(-((last_rate_squared / LOOSE**2) ** 2))
-        self._static = fem.Constant(mesh, self._friction.static)
-        self._dynamic = fem.Constant(mesh, self._friction.dynamic)
-        coefficient = self._dynamic + (self._static - self._dynamic) * decay
-        self._slip_limit = tolerance * self._travel
-        size = ufl.sqrt(ufl.dot(self._slip, self._slip) + self._slip_limit**2)
-        self.friction = -coefficient * self.pressure * self._slip / size
+        moved = u - self._previous - ufl.as_vector((0, self._motion[0], self._motion[1]))
+        self._slip = along(moved)
+        law = FrictionLaw(mesh, self._friction, self._method.presliding_mm)
+        degree = SURFACE_QUADRATURE_DEGREE[self.solid.order]
+        self._memory = FacetMemory(mesh, self.ds, degree, 6)
+        *b, slid, largest, work = self._memory.function
+        before = Grip(along(ufl.as_vector(b)), slid)
+        self._grip = law.slip(before, self._slip)
+        mobilised = self._grip.mobilised
+        largest_now = law.coefficient(self._grip) * self.pressure
+        self.friction = -largest_now * mobilised
         self.traction = self.pressure * n + self.friction
+        # by the trapezoidal rule
+        mean = (largest * before.mobilised + largest_now * mobilised) / 2
+        self._work = work + ufl.dot(mean, self._slip)
+        touching, _ = self.states()
+        grip = (*mobilised, self._grip.slid_mm, largest_now)
+        self._present = self._memory.compile(
+            ufl.as_vector((*(touching * number for number in grip), self._work))
+        )
 
     def states(self) -> tuple[Expr, Expr]:
-        """Return UFL indicators, 0 or 1, of touching and of slipping beyond the tolerance."""
-        moved = ufl.dot(self._slip, self._slip)
+        """Return UFL indicators, 0 or 1, of touching, and of slipping while touching."""
+        b = self._grip.mobilised
         touching = ufl.conditional(ufl.gt(self.pressure, 0), 1.0, 0.0)
-        slipping = ufl.conditional(ufl.gt(moved, self._slip_limit**2), touching, 0.0)
+        slipping = ufl.conditional(ufl.gt(ufl.dot(b, b), SLIPS**2), touching, 0.0)
         return touching, slipping
 
     def residual(self, v: Expr) -> Expr:
@@ -242,7 +243,7 @@ class Contact:
         self.gamma.x.array[self._all_cells] = self._gamma_scale * stiffness
         self.gamma.x.scatter_forward()
 
-    def place(self, name: str, dy: float, travel: float) -> None:
+    def place(self, name: str, dy: float) -> None:
         """Set a cylinder's position for the step to come.
 
         Parameters
@@ -251,10 +252,7 @@ class Contact:
             The cylinder that moves.
         dy
             Its displacement from the last converged position along Y, mm.
-        travel
-            The indenter's travel in this step, mm, the measure of slip.
         """
-        self._travel.value = travel
         for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
             if cylinder.name == name:
                 axis = self._axis.x.array.reshape(-1, 2)
@@ -264,42 +262,9 @@ class Contact:
 
     def advance(self) -> None:
         """Make the current state the last converged one."""
-        self._before_previous.x.array[:] = self._previous.x.array
+        self._memory.remember(self._present)
         self._previous.x.array[:] = self.solid.displacement.x.array
-        self._last_motion.x.array[:] = self._motion.x.array
         self._motion.x.array[:] = 0.0
-        self._last_travel.value = float(self._travel.value)
-
-    def drift(self, name: str, dy: float, memory_mm: float) -> None:
-        """Move a cylinder on by one of very many small steps, which slip outlasts.
-
-        The states that slip refers to follow the current one at a distance, as a low-pass filter
-        does, instead of coming up to it: steady slip is then that over the last `memory_mm` of
-        travel, and friction the same function of slip per travel as with steps of that length.
-        Slip measured over the small step itself would make Coulomb's law as stiff as that step is
-        short. As a spring and a dashpot in series (Maxwell 1867) it only takes energy: the
-        friction work of `sums` is then that done while the drive travels by `memory_mm`.
-
-        Parameters
-        ----------
-        name
-            The cylinder that moves.
-        dy
-            Its displacement along Y since the last call, mm.
-        memory_mm
-            Travel over which slip is remembered.
-        """
-        share = min(abs(dy) / memory_mm, 1.0)
-        self._travel.value = self._last_travel.value = memory_mm
-        previous, motion = self._previous.x.array, self._motion.x.array
-        self._before_previous.x.array[:] += share * (previous - self._before_previous.x.array)
-        previous += share * (self.solid.displacement.x.array - previous)
-        self._last_motion.x.array[:] += share * (motion - self._last_motion.x.array)
-        motion *= 1.0 - share
-        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
-            if cylinder.name == name:
-                self._axis.x.array.reshape(-1, 2)[cells, 0] += dy
-                motion.reshape(-1, 2)[cells, 0] += dy
 
     def nodes(self) -> dict[str, NDArray[np.int32]]:
         """Return by cylinder the local nodes on which its forces act, those of its cells."""
@@ -311,11 +276,10 @@ class Contact:
 
     def _compile_sums(self) -> fem.Form:
         w = ufl.TestFunction(fem.functionspace(self.solid.mesh, ("DG", 0, (7,))))
-        work = -ufl.dot(self.friction, self._slip)
         touching, _ = self.states()
         x = ufl.SpatialCoordinate(self.solid.mesh) + self.solid.displacement
         moments = (1.0, x[0], x[2], x[0] ** 2, x[2] ** 2)
-        values = (self.traction[1], work, *(touching * moment for moment in moments))
+        values = (self.traction[1], self._work, *(touching * moment for moment in moments))
         return compile_form(ufl.dot(ufl.as_vector(values), w) * self.ds)
 
     def sums(self) -> dict[str, ContactSums]:

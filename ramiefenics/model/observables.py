@@ -38,7 +38,7 @@ class Observables:
         Least length of stalk along Z, on its lower side, left beyond the middle of the contact with
         a support; NaN if a support has no contact.
     stored_energy_Nmm, friction_work_Nmm
-        Elastic energy; friction work of this step.
+        Elastic energy; work done against friction so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
         Lowest over all quadrature points, see `PointState`. Where the last is negative the
         material has lost strong ellipticity, and the answer depends on the mesh.

@@ -30,6 +30,8 @@ def summarise(result: BendingResult) -> dict[str, Any]:
         "max_force_N": result.max_force_N,
         "displacement_at_max_mm": result.displacement_at_max_mm,
         "has_force_maximum": result.has_force_maximum,
+        "plateau_mm": list(result.peak.plateau_mm),
+        "step_error_N": result.peak.step_error_N,
         "slope_N_per_mm": result.slope_N_per_mm,
         "completed": result.completed,
         "ending": dataclasses.asdict(result.ending),

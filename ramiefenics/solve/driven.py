@@ -19,7 +19,7 @@ class Driven(Protocol):
     energy
         Compiled form of the stored energy, N mm.
     mass
-        Compiled form of the lumped mass: the density times the test function, tonne.
+        Compiled form of the consistent mass, bilinear, tonne.
     bcs
         Dirichlet conditions; zero.
     factor
@@ -42,6 +42,9 @@ class Driven(Protocol):
     def first_guess(self, travel: float) -> None:
         """Set the displacement from which the first step is solved."""
 
+    def remember(self) -> None:
+        """Let friction refer to the current state, on the way to one that is accepted."""
+
     def accept(self) -> None:
         """Make the current state the last accepted one."""
 
@@ -54,7 +57,7 @@ class Observed(Protocol):
     force_N
         The force that drives it.
     stored_energy_Nmm, friction_work_Nmm
-        Energy stored; friction work since the last accepted state.
+        Energy stored; work done against friction so far.
     """
 
     @property

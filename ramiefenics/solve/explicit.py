@@ -11,13 +11,10 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import ufl
 from dolfinx import fem, la
-from dolfinx.fem.petsc import assemble_matrix
 from mpi4py import MPI
 
 from ramiefenics.model.bending import INDENTER, BendingProblem
-from ramiefenics.model.jit import compile_form
 from ramiefenics.model.observables import Observer
 from ramiefenics.model.tube import TubeMesh
 from ramiefenics.solve.central_differences import Array, CentralDifferences
@@ -29,6 +26,7 @@ from ramiefenics.solve.explicit_result import (
     tabulate,
 )
 from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
+from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.specification import BendingTest
 
@@ -36,12 +34,8 @@ INTERVAL_MM = 0.1
 """Travel between the points of the curve. There the longest stable step and the stabilisation of
 contact are renewed."""
 
-FRICTION_MEMORY_MM = 0.2
-"""Travel over which slip is remembered, see `Contact.drift`: shorter than implicit steps, and long
-enough for friction to be no stiffer than contact itself."""
-
 SAMPLED_STEPS = 20
-"""Friction's power is evaluated, and the user heard, once in so many steps."""
+"""The user is heard once in so many steps."""
 
 START_ENERGY_ERROR = 0.5
 """Share of the energy that may appear or vanish at the start, where contact hides some of what
@@ -112,7 +106,6 @@ class ExplicitTest:
         self._evaluated_N: Array = np.zeros(2)
         self._forces_N: Array = np.zeros(2)
         self._integrals_Nmm: Array = np.zeros(2)
-        self._friction_work_Nmm = self._sampled_mm = 0.0
         self._energy_Nmm = 0.0  # the largest so far, to which errors refer
         self.steps = 0
         self.time_steps_s: list[float] = []
@@ -148,7 +141,8 @@ class ExplicitTest:
         """Move the indenter to where it is at a time."""
         self._push_mm = self.drive.travel(time_s) - self._pushed_mm
         self._pushed_mm += self._push_mm
-        self._problem.contact.drift(INDENTER, -self._push_mm, FRICTION_MEMORY_MM)
+        self._problem.contact.advance()
+        self._problem.contact.place(INDENTER, -self._push_mm)
 
     def _residual(self) -> Array:
         """Evaluate the residual; on the way, what this rank has of the cylinders' forces."""
@@ -168,18 +162,9 @@ class ExplicitTest:
         before, self._forces_N = self._forces_N, self._evaluated_N
         mean = (before + self._forces_N) / 2.0
         self._integrals_Nmm = self._integrals_Nmm + mean * self._push_mm
-        if self.steps % SAMPLED_STEPS == 0:
-            self._sum_up_friction()
-
-    def _sum_up_friction(self) -> None:
-        work = sum(s.friction_work_Nmm for s in self._problem.contact.sums().values())
-        share = (self._pushed_mm - self._sampled_mm) / FRICTION_MEMORY_MM
-        self._friction_work_Nmm += self._problem.factor * work * share
-        self._sampled_mm = self._pushed_mm
 
     def _measure(self, time_step_s: float) -> Point:
         comm, factor = self._problem.tube.mesh.comm, self._problem.factor
-        self._sum_up_friction()
         measured, travel = self._observer.observe(), self.drive.travel(self.motion.time_s)
         rest = self._forces_N * (travel - self._pushed_mm)  # of the last step
         work, supports = comm.allreduce(self._integrals_Nmm + rest, op=MPI.SUM)
@@ -188,7 +173,7 @@ class ExplicitTest:
         held = kinetic + measured.stored_energy_Nmm
         scales = self._energy_Nmm, abs(work), abs(held), abs(measured.force_N) * travel
         self._energy_Nmm = float(np.max(scales))  # NaN stays NaN
-        missing = work - held - self._friction_work_Nmm - damping
+        missing = work - held - measured.friction_work_Nmm - damping
         return Point(
             time_s=self.motion.time_s,
             travel_mm=travel,
@@ -197,7 +182,6 @@ class ExplicitTest:
             kinetic_energy_Nmm=kinetic,
             indenter_work_Nmm=float(work),
             support_integral_Nmm=float(supports),
-            friction_work_Nmm=self._friction_work_Nmm,
             damping_work_Nmm=damping,
             energy_error=float(missing) / self._energy_Nmm if self._energy_Nmm else 0.0,
         )
@@ -218,28 +202,6 @@ class ExplicitTest:
             return Ending("interrupted", f"interrupted {at}")
         reached = point.travel_mm >= self._protocol.travel_mm * (1.0 - 1e-9)
         return Ending("completed") if reached else None
-
-
-def lumped_mass(problem: BendingProblem) -> Array:
-    """Return the stalk's mass at the components of displacement that this rank owns, tonne.
-
-    By row sums, which for first order and for Lagrange's hexahedra of second order are positive.
-    Where they are not (serendipity), by the diagonal of the consistent mass, scaled to the whole
-    mass (Hinton, Rock and Zienkiewicz 1976; here over all cells at once).
-    """
-    space, comm = problem.solid.space, problem.tube.mesh.comm
-    rows = fem.assemble_vector(problem.mass)
-    rows.scatter_reverse(la.InsertMode.add)
-    owned = rows.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs].copy()
-    if comm.allreduce(owned.min(initial=np.inf), op=MPI.MIN) > 0.0:
-        return owned
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    consistent = problem.solid.density * ufl.inner(u, v) * problem.solid.dx
-    matrix = assemble_matrix(compile_form(consistent))
-    matrix.assemble()
-    diagonal = matrix.getDiagonal()
-    total = comm.allreduce(owned.sum(), op=MPI.SUM)
-    return np.asarray(diagonal.array * (total / diagonal.sum()))
 
 
 def simulate_explicitly(

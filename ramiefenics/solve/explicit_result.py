@@ -30,13 +30,13 @@ class Point:
     time_s, travel_mm, time_step_s
         Where the test is, and the time step that led there.
     observables
-        What was measured; forces are momentary, and friction's work is that per memory.
+        What was measured; forces are momentary.
     kinetic_energy_Nmm
         Of the stalk.
     indenter_work_Nmm, support_integral_Nmm
         Integrals over the travel of the forces of the indenter and of the supports.
-    friction_work_Nmm, damping_work_Nmm
-        Taken by friction and by viscosity.
+    damping_work_Nmm
+        Taken by viscosity.
     energy_error
         Work that became none of these energies, over the largest so far of work, energy, and force
         times travel.
@@ -49,7 +49,6 @@ class Point:
     kinetic_energy_Nmm: float
     indenter_work_Nmm: float
     support_integral_Nmm: float
-    friction_work_Nmm: float
     damping_work_Nmm: float
     energy_error: float
 

@@ -13,11 +13,10 @@ from __future__ import annotations
 import math
 
 from dolfinx import fem
-from dolfinx.fem.petsc import assemble_vector
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from ramiefenics.solve.driven import Driven
+from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.newton import Inertia, Newton, NewtonOutcome
 
 FIRST_SHARE = 1.0
@@ -48,10 +47,11 @@ class DampedMotion:
 
     def __init__(self, problem: Driven, newton: Newton) -> None:
         self._problem, self._newton = problem, newton
-        self._mass = assemble_vector(problem.mass)
-        self._mass.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        u = problem.displacement.x.petsc_vec
+        self._mass = u.duplicate()
+        self._mass.array = lumped_mass(problem)
         self._before, self._velocity, self._predicted, self._work = (
-            self._mass.duplicate() for _ in range(4)
+            u.duplicate() for _ in range(4)
         )
 
     def settle(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
@@ -88,6 +88,7 @@ class DampedMotion:
             residual = self._newton.residual_norm()
             if residual <= tolerance_N:
                 return NewtonOutcome(True, iterations, residual, "settled")
+            self._problem.remember()  # friction follows the path of the motion
         return NewtonOutcome(False, iterations, residual, "damped motion did not come to rest")
 
     def _energy(self, time_step: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -12,7 +13,11 @@ from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.specification import Protocol, Stepping
 
 EASY_ITERATIONS = 8
-"""A step that took no more lets the next one be twice as long."""
+"""A step that took more does not let the next one be longer."""
+
+LONGER, SHORTER, SAFETY = 2.0, 0.5, 0.9
+"""By which factors the next step may differ, and how far the estimated error is to stay below the
+tolerance; a step whose error asks for less than the second factor is taken again."""
 
 UPDATE_LIMIT = 4.0
 """Largest change of a displacement component in one iteration, over the step of the drive."""
@@ -36,8 +41,7 @@ class Jump:
     displacement_mm
         Travel after it; it began within the step before.
     energy_released_Nmm
-        What stored energy and friction leave of the drive's work. Friction is counted as its last
-        force times the whole slip, so the sum is right to first order only.
+        What stored energy and friction leave of the drive's work.
     force_before_N, force_after_N
         Drop of the driving force.
     """
@@ -128,11 +132,12 @@ class QuasiStatic(Generic[T]):
             settings.max_iterations,
             settings.linear_solver,
         )
-        self._motion = DampedMotion(problem, self.newton)
+        self._motion: DampedMotion | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
         self._rate = self._u.copy()  # change per travel in the last step
         self._measured: T = observe()
+        self._slope = self._last_length = 0.0
         self.newton_iterations = 0
         self.cut_backs = 0
         self.ending: Ending | None = None
@@ -147,18 +152,44 @@ class QuasiStatic(Generic[T]):
         travel, increment = 0.0, settings.first_step_mm
         while self.ending is None:
             stop = self._next_stop(travel)
-            reaches = travel + increment > stop - settings.min_step_mm
-            target = stop if reaches else travel + increment
-            step = self._step(travel, target, reaches)
+            equal = math.ceil((stop - travel) / increment - 1e-9)  # steps to the stop
+            length = (stop - travel) / equal
+            target = stop if equal == 1 else travel + length
+            step = self._step(travel, target, equal == 1)
             if step is None:
                 self.cut_backs += 1
-                increment = (target - travel) / 2.0
+                increment = length / 2.0
+                continue
+            factor = self._factor(length, step)
+            if factor < SHORTER and length / 2.0 >= settings.min_step_mm:
+                self.cut_backs += 1
+                self.ending = None
+                increment = length / 2.0
                 continue
             yield step
-            self._accept(target - travel, step)
+            self._accept(length, step)
             travel = target
-            if step.iterations <= EASY_ITERATIONS:
-                increment = min(2.0 * increment, settings.max_step_mm)
+            increment = min(max(factor, SHORTER) * length, settings.max_step_mm)
+            increment = max(increment, settings.min_step_mm)
+
+    def _factor(self, length: float, step: Step[T]) -> float:
+        """Return how much longer the next step may be, by the error of this one.
+
+        The error is that of a straight line between the ends of the step, estimated by what the
+        force differs by from its linear extrapolation (Milne's device): for a second derivative f''
+        the former is ``length^2 f'' / 8``, the latter ``length (length + last length) f'' / 2``.
+        """
+        force, travel = step.observables.force_N, step.travel_mm
+        longest = LONGER if step.iterations <= EASY_ITERATIONS else 1.0
+        if self._last_length == 0.0 or step.jump is not None:
+            return longest
+        slope = self._slope
+        predicted = self._measured.force_N + slope * length
+        error = abs(force - predicted) * length / (4.0 * (length + self._last_length))
+        # the force at the end of the travel, if it grew along its secant
+        scale = abs(force) * self._protocol.travel_mm / travel
+        allowed = self._settings.force_tolerance * scale
+        return min(longest, SAFETY * math.sqrt(allowed / error)) if error > 0.0 else longest
 
     def _step(self, travel: float, target: float, save: bool) -> Step[T] | None:
         """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
@@ -203,6 +234,8 @@ class QuasiStatic(Generic[T]):
         """Let the structure move from its last accepted state to where it rests."""
         self._u[:] = self._last
         limit = UPDATE_LIMIT * self._settings.max_step_mm
+        if self._motion is None:
+            self._motion = DampedMotion(self._problem, self.newton)
         outcome = self._motion.settle(self._tolerance_N, limit)
         self.newton_iterations += outcome.iterations
         return outcome
@@ -216,7 +249,8 @@ class QuasiStatic(Generic[T]):
         before = self._measured
         work = (before.force_N + measured.force_N) / 2.0 * length
         stored = measured.stored_energy_Nmm - before.stored_energy_Nmm
-        released = work - stored - measured.friction_work_Nmm
+        rubbed = measured.friction_work_Nmm - before.friction_work_Nmm
+        released = work - stored - rubbed
         least = max(WORK_SHARE * abs(work), STORED_SHARE * measured.stored_energy_Nmm)
         if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch
             return None
@@ -231,6 +265,8 @@ class QuasiStatic(Generic[T]):
     def _accept(self, length: float, step: Step[T]) -> None:
         # the direction of a jump does not tell that of the path behind it
         self._rate[:] = 0.0 if step.jump else (self._u - self._last) / length
+        self._slope = (step.observables.force_N - self._measured.force_N) / length
+        self._last_length = length
         self._last[:] = self._u
         self._measured = step.observables
         self._problem.accept()

@@ -8,6 +8,7 @@ import pandas as pd
 
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.solve.peak import Peak, find_peak
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.specification import BendingTest
 
@@ -55,8 +56,8 @@ class BendingResult:
         The specification.
     curve
         One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
-        ``recorded_displacement_mm`` by the machine, and the fields of `Observables`, with
-        ``friction_work_Nmm`` and ``indenter_work_Nmm`` summed up.
+        ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
+        ``indenter_work_Nmm``.
     snapshots
         Full fields at the travels that the protocol names.
     statistics
@@ -99,23 +100,24 @@ class BendingResult:
         }
 
     @property
-    def max_force_N(self) -> float:
-        """Largest force on the curve."""
-        return float(self.curve["force_N"].max())
+    def peak(self) -> Peak:
+        """The force maximum, its place, plateau and error of step, at travels of the indenter."""
+        return find_peak(self.curve["displacement_mm"].to_numpy(), self.curve["force_N"].to_numpy())
 
     @property
-    def _peak(self) -> int:
-        return int(self.curve["force_N"].to_numpy().argmax())
+    def max_force_N(self) -> float:
+        """Largest force, see `find_peak`."""
+        return self.peak.force_N
 
     @property
     def displacement_at_max_mm(self) -> float:
         """Travel at the largest force."""
-        return float(self.curve["displacement_mm"].iloc[self._peak])
+        return self.peak.displacement_mm
 
     @property
     def has_force_maximum(self) -> bool:
         """Whether the force falls again before the end of the curve."""
-        return self._peak < len(self.curve) - 1
+        return self.peak.inside
 
     @property
     def slope_N_per_mm(self) -> float:

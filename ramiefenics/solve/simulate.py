@@ -100,7 +100,6 @@ def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
     recorded = test.machine.displacement(curve["displacement_mm"], curve["force_N"])
     curve.insert(1, "recorded_displacement_mm", recorded)
     curve["newton_iterations"] = [step.iterations for step in steps]
-    curve["friction_work_Nmm"] = curve["friction_work_Nmm"].cumsum()
     mean_force = curve["force_N"].rolling(2).mean().fillna(0.0)
     travel = curve["displacement_mm"].diff().fillna(0.0)
     curve["indenter_work_Nmm"] = (mean_force * travel).cumsum()

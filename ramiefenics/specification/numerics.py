@@ -25,21 +25,20 @@ class ContactMethod:
         Multiple of (normal stiffness of the cell / thickness of the cell) that penalises
         penetration. Consistent for any value, but stable only where large enough: above about 5
         for theta 0 and -1, above about 50 for theta 1.
-    slip_tolerance
-        Coulomb's law is regularised to ``mu p s / sqrt(s^2 + s_0^2)``, with s the slip and s_0
-        this multiple of the indenter's travel, both per step; points that slip less than s_0
-        are reported as sticking.
+    presliding_mm
+        Slip over which friction builds up at a point at rest (Dahl 1968): the smaller, the sharper
+        Coulomb's law, and the more iterations.
     """
 
     theta: int = 0
     stabilisation: float = 20.0
-    slip_tolerance: float = 0.02
+    presliding_mm: float = 0.02
 
     def __post_init__(self) -> None:
         """Check choices and signs."""
         check_choice(self, "theta", (-1, 0, 1))
         check_number(self, "stabilisation", above=0.0)
-        check_number(self, "slip_tolerance", above=0.0, below=1.0)
+        check_number(self, "presliding_mm", above=0.0, unit="mm")
 
 
 @dataclass(frozen=True)
@@ -55,6 +54,9 @@ class Stepping:
         Newton iterations before the increment is cut.
     relative_tolerance
         Residual norm relative to the norm of the contact forces.
+    force_tolerance
+        Error of the curve, read by straight lines between steps, that steps are made for; relative
+        to the force at the end of the travel if it grew along its secant.
     linear_solver
         ``direct`` (MUMPS), ``iterative`` (algebraic multigrid) or ``auto``: direct up to 200,000
         unknowns.
@@ -65,6 +67,7 @@ class Stepping:
     min_step_mm: float = 0.05
     max_iterations: int = 20
     relative_tolerance: float = 1e-5
+    force_tolerance: float = 0.002
     linear_solver: str = "auto"
 
     def __post_init__(self) -> None:
@@ -76,6 +79,7 @@ class Stepping:
         )
         check_integer(self, "max_iterations", 1)
         check_number(self, "relative_tolerance", above=0.0, below=1.0)
+        check_number(self, "force_tolerance", above=0.0, below=1.0)
         check_choice(self, "linear_solver", ("auto", "direct", "iterative"))
 
 

@@ -114,7 +114,7 @@ def press(size: float, order: int, by: Cylinders = FLAT, penalty: float | None =
     bcs = [hold(solid, sides, 0), hold(solid, bottom, 1), hold(solid, middle, 2)]
     cylinder = Cylinder("cylinder", SIZE + by.radius_mm, 0.0, by.radius_mm, top)
     contact = Contact(solid, (cylinder,), Friction(0.0, 0.0), ContactMethod(), size)
-    contact.place("cylinder", -by.push_mm, by.push_mm)
+    contact.place("cylinder", -by.push_mm)
 
     def by_penalty(v: Expr) -> Expr:
         x = ufl.SpatialCoordinate(mesh) + solid.displacement

@@ -1,0 +1,81 @@
+"""The maximum of a simulated force curve, between its steps, and the plateau around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+PLATEAU = 0.99
+"""Share of the largest force from which on a curve is on its plateau."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest force of a curve.
+
+    Attributes
+    ----------
+    force_N, displacement_mm
+        How large, and where.
+    inside
+        Whether the force falls again after it; otherwise it is where the curve ends.
+    plateau_mm
+        First and last displacement around it with at least `PLATEAU` times that force. A flat
+        maximum is anywhere in there.
+    step_error_N
+        What the curve, read by straight lines, errs by next to the maximum, estimated from its
+        curvature. Steps that are too long make it large.
+    """
+
+    force_N: float
+    displacement_mm: float
+    inside: bool
+    plateau_mm: tuple[float, float]
+    step_error_N: float
+
+
+def find_peak(displacement_mm: Array, force_N: Array) -> Peak:
+    """Find the maximum of a curve by the parabola through the highest point and its neighbours.
+
+    Parameters
+    ----------
+    displacement_mm, force_N
+        Of every step, displacement ascending, shape (n,).
+    """
+    x, f = np.asarray(displacement_mm, dtype=float), np.asarray(force_N, dtype=float)
+    top = int(f.argmax())
+    if not 0 < top < len(f) - 1:
+        highest, at = float(f[top]), float(x[top])
+    else:
+        left, right = np.diff(f[top - 1 : top + 2]) / np.diff(x[top - 1 : top + 2])
+        curvature = 2.0 * (right - left) / (x[top + 1] - x[top - 1])
+        slope = left + curvature * (x[top] - x[top - 1]) / 2.0
+        move = -slope / curvature if curvature < 0.0 else 0.0
+        highest, at = float(f[top] + slope * move / 2.0), float(x[top] + move)
+    level = PLATEAU * highest
+    ends = _crossing(x[top::-1], f[top::-1], level), _crossing(x[top:], f[top:], level)
+    return Peak(highest, at, top < len(f) - 1, ends, _straight_error(x, f, top))
+
+
+def _crossing(x: Array, f: Array, level: float) -> float:
+    """Return where a curve first falls below a level, or its end."""
+    below = np.flatnonzero(f < level)
+    if len(below) == 0 or below[0] == 0:
+        return float(x[-1] if len(below) == 0 else x[0])
+    last = int(below[0])
+    share = (f[last - 1] - level) / (f[last - 1] - f[last])
+    return float(x[last - 1] + share * (x[last] - x[last - 1]))
+
+
+def _straight_error(x: Array, f: Array, top: int) -> float:
+    """Return the largest ``h^2 f'' / 8`` of the steps on either side of a point."""
+    if len(f) < 3:
+        return float("nan")
+    middle = min(max(top, 1), len(f) - 2)
+    steps = np.diff(x[middle - 1 : middle + 2])
+    bend = np.diff(np.diff(f[middle - 1 : middle + 2]) / steps)[0] * 2.0 / steps.sum()
+    return float(abs(bend) * steps.max() ** 2 / 8.0)
