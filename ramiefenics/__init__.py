@@ -8,6 +8,7 @@ __version__ = "0.1.0"
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ramiefenics import _start  # noqa: F401  first
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import (
     Dataset,

@@ -104,7 +104,7 @@ def test_default_law_is_elliptic_to_the_end_and_says_so(bent: BendingResult) -> 
     assert bent.curve["min_acoustic_MPa"].min() > 0.0
     assert bent.curve["min_volume_ratio"].min() > 0.0
     assert bent.losses_mm == {}
-    lowest = bent.snapshots[-1].cell_data["min_acoustic_MPa"].min()
+    lowest = bent.snapshots[-1].body.cell_data["min_acoustic_MPa"].min()
     assert lowest == pytest.approx(bent.curve["min_acoustic_MPa"].iloc[-1])
 
 

@@ -18,3 +18,14 @@ def test_notebook_runs(path: Path) -> None:
     client.execute()
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
+
+
+def test_announced_warning_shows() -> None:
+    """The first notebook says of the specification that it comes with a warning."""
+    notebook = nbformat.read(NOTEBOOKS[0], as_version=4)
+    announced = next(i for i, c in enumerate(notebook.cells) if "The warning is meant" in c.source)
+    notebook.cells = notebook.cells[: announced + 2]
+    NotebookClient(notebook, timeout=600).execute()
+    told = [o.text for o in notebook.cells[-1].outputs if o.get("name") == "stderr"]
+    assert len(told) == 1
+    assert "SpecificationWarning: Table 3 prints G_XY" in told[0]

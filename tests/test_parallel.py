@@ -13,6 +13,14 @@ import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingTest, override, simulate, write_test
+from ramiefenics.model.snapshot import Grid
+
+
+def middles(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middles of the cells in an order of their own, and that order."""
+    at = grid.points[grid.cells].mean(axis=1).round(6)
+    order = np.lexsort(at.T)
+    return at[order], order
 
 
 @pytest.mark.mpi
@@ -39,7 +47,7 @@ def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
     if MPI.COMM_WORLD.rank:
         assert not together.snapshots
         return
-    one, two = alone.snapshots[-1], together.snapshots[-1]
+    one, two = alone.snapshots[-1].body, together.snapshots[-1].body
     assert len(one.cells) == len(two.cells)
     for name in ("von_mises", "axial_stress", "min_volume_ratio"):
         assert np.sort(two.cell_data[name]) == pytest.approx(
@@ -48,10 +56,33 @@ def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
     # the search for it ranks the points of each rank, so other cells may differ
     least = one.cell_data["min_acoustic_MPa"].min()
     assert two.cell_data["min_acoustic_MPa"].min() == pytest.approx(least, rel=1e-4)
-    middle = two.points[two.cells].mean(axis=1)
-    assert {tuple(m) for m in middle.round(6)} == {
-        tuple(m) for m in one.points[one.cells].mean(axis=1).round(6)
-    }
+    assert np.array_equal(middles(one)[0], middles(two)[0])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("order", [1, 2])
+def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> None:
+    """Each facet once, with the values that one rank finds."""
+    test = override(
+        coarse,
+        [
+            f"numerics.mesh.order={order}",
+            "protocol.travel_mm=1",
+            "numerics.stepping.relative_tolerance=1e-9",
+        ],
+    )
+    alone, together = simulate(test, MPI.COMM_SELF), simulate(test, MPI.COMM_WORLD)
+    if MPI.COMM_WORLD.rank:
+        assert not together.snapshots
+        return
+    one, two = alone.snapshots[-1].contact, together.snapshots[-1].contact
+    (at, first), (also_at, second) = middles(one), middles(two)
+    assert np.array_equal(at, also_at)
+    assert np.any(one.cell_data["contact_state"])
+    for name, expected in one.cell_data.items():
+        # what differs is rounding, enlarged by the solution to a relative 1e-9
+        size = np.abs(expected).max()
+        assert two.cell_data[name][second] == pytest.approx(expected[first], abs=1e-6 * size), name
 
 
 def bend(ranks: int, spec: Path, out: Path) -> subprocess.CompletedProcess[str]:

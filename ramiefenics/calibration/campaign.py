@@ -154,5 +154,5 @@ def workers(executor: Executor | None = None) -> Iterator[Executor]:
 
 def simulate_kept(test: BendingTest, folder: Path | None = None) -> KeptRun:
     """Simulate a test in this process alone, unless it is kept already."""
-    warnings.simplefilter("ignore", SpecificationWarning)
-    return KeptRuns(MPI.COMM_SELF, folder).run(test)
+    with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
+        return KeptRuns(MPI.COMM_SELF, folder).run(test)

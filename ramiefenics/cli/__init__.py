@@ -166,7 +166,7 @@ def _report(result: BendingResult, folder: Path) -> None:
 def main() -> None:
     """Run the command line; bad input ends with one sentence and status 2."""
     first = MPI.COMM_WORLD.rank == 0
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # PETSc takes a closed pipe for a crash
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has enough, such as head, ends it
 
     told: set[str] = set()
 

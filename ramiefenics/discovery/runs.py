@@ -104,16 +104,16 @@ def run(task: Task) -> tuple[Task, str]:
     from ramiefenics.solve.sensitivity import Parameter, sensitivities
     from ramiefenics.solve.simulate import simulate
 
-    warnings.simplefilter("ignore", SpecificationWarning)
-    test, _ = bare(task.test)
-    if task.factors:
-        parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in task.factors}
-        curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
-    else:
-        result = simulate(test, MPI.COMM_SELF)
-        if result.ending.kind == "interrupted":
-            raise KeyboardInterrupt
-        curve = result.curve[["displacement_mm", "force_N"]]
+    with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
+        test, _ = bare(task.test)
+        if task.factors:
+            parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in task.factors}
+            curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
+        else:
+            result = simulate(test, MPI.COMM_SELF)
+            if result.ending.kind == "interrupted":
+                raise KeyboardInterrupt
+            curve = result.curve[["displacement_mm", "force_N"]]
     text = io.StringIO()
     curve.to_csv(text, index=False)
     return task, text.getvalue()

@@ -10,7 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import dolfinx
+import numpy as np
 from dolfinx import mesh as dmesh
+from numpy.typing import NDArray
 
 try:  # dolfinx >= 0.10
     from dolfinx.io import gmsh as _gmshio
@@ -46,3 +48,24 @@ def geometry_order(mesh: dmesh.Mesh) -> int:
     # dolfinx >= 0.11 has one map per type of cell, and deprecates the single one
     element = geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
     return int(element.degree)
+
+
+def evaluate_on_facets(expression: Any, mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> Any:
+    """Evaluate an expression, compiled for points of a facet.
+
+    Parameters
+    ----------
+    expression
+        What to evaluate.
+    mesh
+        Where.
+    facets
+        Cell, and number of the facet in the cell, shape (m, 2).
+
+    Returns
+    -------
+    numpy.ndarray
+        Values by facet, point and component, in a shape that depends on the release.
+    """
+    # dolfinx 0.9 wants the pairs one behind the other
+    return expression.eval(mesh, facets.ravel() if VERSION.startswith("0.9.") else facets)

@@ -109,6 +109,16 @@ class Contact:
         Nitsche's parameters.
     cell_thickness_mm
         Thickness of the surface cells along the normal.
+
+    Attributes
+    ----------
+    gap
+        Distance from the cylinder, mm; in UFL like the following ones.
+    pressure, friction, traction
+        What the cylinder exerts per undeformed area, MPa: along the normal, tangentially and in
+        all; the latter two of shape (3,).
+    ds
+        Measure of the facets of all cylinders.
     """
 
     def __init__(
@@ -171,7 +181,7 @@ class Contact:
         across = ufl.as_vector((0, x[1] - self._axis[0], x[2] - self._axis[1]))
         distance = ufl.sqrt(ufl.dot(across, across))
         self._normal = n = across / distance
-        gap = distance - self._radius
+        self.gap = gap = distance - self._radius
         t = self.solid.stress(u) * ufl.FacetNormal(mesh)
         self._normal_traction = ufl.dot(n, t)
         trial = self._normal_traction - self.gamma * gap
@@ -273,6 +283,11 @@ class Contact:
             cylinder.name: np.unique(nodes_of[cells])
             for cylinder, cells in zip(self.cylinders, self._cells, strict=True)
         }
+
+    @property
+    def slip(self) -> Expr:
+        """Tangential motion over the cylinder in this step, mm, UFL shape (3,)."""
+        return self._slip
 
     def _compile_sums(self) -> fem.Form:
         w = ufl.TestFunction(fem.functionspace(self.solid.mesh, ("DG", 0, (7,))))

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ramiefenics.model.bending import INDENTER, OTHER_SUPPORT, SUPPORT, BendingProblem
 from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
-from ramiefenics.model.surface import SurfaceFields
 from ramiefenics.model.tube import SURFACES
 
 
@@ -79,15 +78,12 @@ class Observer:
 
     Attributes
     ----------
-    surface
-        Its contact fields.
     material
         State of the quadrature points when last observed.
     """
 
     def __init__(self, problem: BendingProblem) -> None:
         self.problem = problem
-        self.surface = SurfaceFields(problem.contact)
         self._points = MaterialPoints(problem.solid, problem.test.numerics.acoustic_check)
         self.material: PointState  # since the first observation
         mesh = problem.tube.mesh

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,37 +13,55 @@ from numpy.typing import NDArray
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.observables import Observer
+from ramiefenics.model.pieces import cut_cells
+from ramiefenics.model.surface import ContactSurface
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of first order with data, as VTK wants them.
+
+    Attributes
+    ----------
+    points
+        Undeformed nodes, mm, shape (n, 3).
+    cells
+        Corners of every cell in VTK's order, shape (m, 8) for hexahedra and (m, 4) for
+        quadrilaterals.
+    point_data, cell_data
+        Arrays by name, of length n and m.
+    """
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    point_data: dict[str, NDArray[Any]]
+    cell_data: dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A displaced mesh with its fields, as VTK wants it.
+    """The displaced stalk with its fields, and the contact on its surface.
 
-    A cell of second order appears as eight of first order, which share its nodes.
+    A cell of second order appears as eight of first order, which share its nodes; its facet as
+    four. Both grids have ``displacement`` (mm, shape (n, 3)) at their points.
 
     Attributes
     ----------
     travel_mm
         Travel of the indenter.
-    points
-        Undeformed nodes, mm, shape (n, 3).
-    cells
-        Corners of every hexahedron in VTK's order, shape (m, 8).
-    point_data
-        ``displacement`` (mm, shape (n, 3)), ``contact_pressure`` (MPa), ``contact_state``
-        (0 none, 1 stick, 2 slip).
-    cell_data
-        ``layer`` (1 for the innermost); at the middles of the hexahedra ``von_mises`` and
+    body
+        Hexahedra with ``layer`` (1 for the innermost); at their middles ``von_mises`` and
         ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
         ``axial_stretch``; ``min_volume_ratio``, ``min_principal_stretch`` and
         ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`.
+    contact
+        The part of the outer surface that a cylinder may touch: facets with what
+        `ContactSurface.evaluate` returns.
     """
 
     travel_mm: float
-    points: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    point_data: dict[str, NDArray[Any]] = field(default_factory=dict)
-    cell_data: dict[str, NDArray[Any]] = field(default_factory=dict)
+    body: Grid
+    contact: Grid
 
 
 class Camera:
@@ -64,11 +82,12 @@ class Camera:
         solid = problem.solid
         self._scalar = fem.functionspace(solid.mesh, ("Lagrange", solid.order))
         self._moved = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", solid.order, (3,))))
-        self._vertex = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", 1)))
-        self._nodal = fem.Function(self._scalar)
+        self._surface = ContactSurface(problem.contact, self._scalar)
         cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
         self._cells = np.arange(cells.size_local, dtype=np.int32)
-        self._corners, self._middles = _subdivide(solid.order, self._scalar)
+        pieces, self._middles = cut_cells(self._scalar)
+        nodes = self._scalar.dofmap.list[: cells.size_local]
+        self._corners = nodes[:, pieces].reshape(-1, 8).astype(np.int64)
         self._layer = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self._layer[problem.tube.cells.indices] = problem.tube.cells.values
         self._expression = self._cell_expression()
@@ -92,63 +111,42 @@ class Camera:
     def take(self, travel_mm: float) -> Snapshot | None:
         """Return the snapshot on rank 0, None elsewhere."""
         solid = self._problem.solid
-        comm = solid.mesh.comm
         self._moved.interpolate(solid.displacement)
-        nodes = self._scalar.dofmap.list[: len(self._cells)]
         values = self._expression.eval(solid.mesh, self._cells)
         values = values.reshape(-1, len(self.MIDDLE_FIELDS))
-        pressure, state = self._observer.surface.evaluate()
-        pieces, material = len(self._corners), self._observer.material
-        cell_data = {
+        pieces, material = len(self._middles), self._observer.material
+        fields = {
             "layer": np.repeat(self._layer[self._cells], pieces),
             **dict(zip(self.MIDDLE_FIELDS, values.T, strict=True)),
             "min_volume_ratio": np.repeat(material.volume_ratio.min(axis=1), pieces),
             "min_principal_stretch": np.repeat(material.principal_stretch.min(axis=1), pieces),
             "min_acoustic_MPa": np.repeat(material.acoustic_MPa.min(axis=1), pieces),
         }
+        body = self._gather(self._corners, fields)
+        contact = self._gather(self._surface.corners, self._surface.evaluate())
+        if body is None or contact is None:
+            return None
+        return Snapshot(travel_mm, body, contact)
+
+    def _gather(self, corners: NDArray[np.int64], fields: dict[str, NDArray[Any]]) -> Grid | None:
+        """Join the cells of all ranks; points on the border of two ranks appear twice."""
+        used, cells = np.unique(corners, return_inverse=True)
         local = {
-            "points": self._scalar.tabulate_dof_coordinates(),
-            "cells": nodes[:, self._corners].reshape(-1, 8).astype(np.int64),
-            "displacement": self._moved.x.array.reshape(-1, 3).copy(),
-            "contact_pressure": self._to_nodes(pressure),
-            "contact_state": np.rint(self._to_nodes(state.astype(float))).astype(np.int8),
-            **cell_data,
+            "points": self._scalar.tabulate_dof_coordinates()[used],
+            "cells": cells.reshape(corners.shape),
+            "displacement": self._moved.x.array.reshape(-1, 3)[used],
+            **fields,
         }
-        parts = comm.gather(local, root=0)
+        parts = self._problem.solid.mesh.comm.gather(local, root=0)
         if parts is None:
             return None
         offsets = np.cumsum([0, *(len(part["points"]) for part in parts[:-1])])
         for part, offset in zip(parts, offsets, strict=True):
             part["cells"] = part["cells"] + offset
         whole = {name: np.concatenate([part[name] for part in parts]) for name in local}
-        return Snapshot(
-            travel_mm,
+        return Grid(
             whole["points"],
             whole["cells"],
-            {n: whole[n] for n in ("displacement", "contact_pressure", "contact_state")},
-            {n: whole[n] for n in cell_data},
+            {"displacement": whole["displacement"]},
+            {name: whole[name] for name in fields},
         )
-
-    def _to_nodes(self, at_vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-        self._vertex.x.array[:] = at_vertices
-        self._nodal.interpolate(self._vertex)
-        return self._nodal.x.array.copy()
-
-
-def _subdivide(
-    order: int, scalar: fem.FunctionSpace
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Cut a Lagrange cell along its nodes.
-
-    Returns
-    -------
-    tuple
-        Local nodes of each piece in VTK's order, shape (order^3, 8), and the pieces' middles in
-        reference coordinates, shape (order^3, 3).
-    """
-    lattice = np.rint(scalar.element.basix_element.points * order).astype(int)
-    node = {tuple(place): number for number, place in enumerate(lattice.tolist())}
-    around = ((0, 0), (1, 0), (1, 1), (0, 1))
-    first = list(np.ndindex(order, order, order))
-    pieces = [[node[a + i, b + j, c + k] for k in (0, 1) for i, j in around] for a, b, c in first]
-    return np.array(pieces), (np.array(first) + 0.5) / order

@@ -1,46 +1,159 @@
-"""Contact pressure and stick or slip as fields on the stalk's surface."""
+"""What contact does to the stalk's surface, facet by facet."""
 
 from __future__ import annotations
 
+import basix
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
+from dolfinx import mesh as dmesh
 from numpy.typing import NDArray
 
-from ramiefenics.model.contact import Contact
-from ramiefenics.model.jit import compile_form
+from ramiefenics.model.compat import evaluate_on_facets
+from ramiefenics.model.contact import SURFACE_QUADRATURE_DEGREE, Contact
+from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.pieces import cut_facets, on_facets
 
 NO_CONTACT, STICK, SLIP = 0, 1, 2
 
 
-class SurfaceFields:
-    """Averages of contact quantities around the surface's vertices.
+class ContactSurface:
+    """The facets that a cylinder may touch, and the state of contact on them.
+
+    A facet of second order is cut into four, each with the quadrature points within it. Nothing is
+    averaged over more than that, so that sums over the facets are those of the weak form.
 
     Parameters
     ----------
     contact
-        Where they come from.
+        Where facets and state come from.
+    space
+        Scalar Lagrange space of the solid's order.
+
+    Attributes
+    ----------
+    corners
+        Nodes of the space at the corners of each facet of this rank's cells, counter-clockwise as
+        seen from outside, shape (m, 4).
     """
 
-    def __init__(self, contact: Contact) -> None:
-        mesh = contact.solid.mesh
-        self._space = fem.functionspace(mesh, ("Lagrange", 1, (4,)))
-        w = ufl.TestFunction(self._space)
-        touching, slipping = contact.states()
-        values = ufl.as_vector((1, contact.pressure, touching, slipping))
-        self._form = compile_form(ufl.dot(values, w) * contact.ds)
+    def __init__(self, contact: Contact, space: fem.FunctionSpace) -> None:
+        self._mesh = contact.solid.mesh
+        order = contact.solid.order
+        facets = np.unique(np.concatenate([c.facets for c in contact.cylinders]))
+        self._facets = _within_cells(self._mesh, facets)
+        cells, places = self._facets.T
+        at = cut_facets(space).reshape(-1, 4 * order**2)[places]
+        nodes = np.take_along_axis(space.dofmap.list[cells], at, axis=1)
+        self.corners = nodes.reshape(-1, 4).astype(np.int64)
+        # the rule of `Contact.ds`; none of its points is on an edge of a piece
+        points, weights = basix.make_quadrature(
+            basix.CellType.quadrilateral, SURFACE_QUADRATURE_DEGREE[order]
+        )
+        self._points = _by_piece(self._mesh, self._facets, points, order)
+        self._weights = weights[self._points].reshape(-1, self._points.shape[-1])
+        stated = _at_points(contact)
+        self._shape = (len(self._facets), len(points), *stated.ufl_shape)
+        self._expression = compile_expression(stated, points)
 
-    def evaluate(self) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-        """Return pressure, MPa, and state at the mesh's vertices, both shape (vertices,).
+    def evaluate(self) -> dict[str, NDArray[np.float64]]:
+        """Return the state of contact on each facet.
 
-        The order is that of the first-order scalar Lagrange space's degrees of freedom,
-        ghosts included. States are `NO_CONTACT`, `STICK` and `SLIP`.
+        Returns
+        -------
+        dict
+            ``contact_state``: `NO_CONTACT` where no quadrature point of the facet touches, else
+            `SLIP` where at least half of the touching area slips, else `STICK`. Means over the
+            facet of ``contact_pressure`` (MPa) and, shape (m, 3), of ``contact_traction`` and
+            ``friction_traction`` (MPa): all that acts on the stalk, and its tangential part. They
+            are exactly zero where nothing touches. ``max_contact_pressure`` (MPa), the highest of
+            the quadrature points; ``gap`` to the cylinder (mm), the least of them; ``slip`` in this
+            step (mm, shape (m, 3)), the mean over those that touch. ``area`` (mm2). Stresses and
+            areas are those of the undeformed surface.
         """
-        vector = fem.assemble_vector(self._form)
-        vector.scatter_reverse(la.InsertMode.add)
-        vector.scatter_forward()
-        area, pressure, touching, slipping = vector.array.reshape(-1, 4).T
-        weight = np.where(area > 0.0, area, 1.0)
-        state = np.where(touching < 0.5 * weight, NO_CONTACT, STICK)
-        state[(state == STICK) & (slipping >= 0.5 * touching)] = SLIP
-        return pressure / weight, state.astype(np.int8)
+        values = evaluate_on_facets(self._expression, self._mesh, self._facets)
+        rows = np.arange(len(self._facets))[:, None, None]
+        values = values.reshape(self._shape)[rows, self._points]
+        values = values.reshape(*self._weights.shape, self._shape[-1])
+        measure, touching, slipping, pressure, gap = np.moveaxis(values[..., :5], -1, 0)
+        traction, friction, slip = np.split(values[..., 5:], 3, axis=-1)
+        weights = measure * self._weights
+        touched, slipped = (weights * touching).sum(axis=1), (weights * slipping).sum(axis=1)
+        state = np.select([touched == 0.0, slipped < 0.5 * touched], [NO_CONTACT, STICK], SLIP)
+        return {
+            "area": weights.sum(axis=1),
+            "contact_state": state.astype(np.int8),
+            "contact_pressure": _mean(pressure, weights),
+            "max_contact_pressure": pressure.max(axis=1),
+            "contact_traction": _mean(traction, weights),
+            "friction_traction": _mean(friction, weights),
+            "gap": gap.min(axis=1),
+            "slip": _mean(slip, weights * touching),
+        }
+
+
+def _by_piece(
+    mesh: dmesh.Mesh, facets: NDArray[np.int32], points: NDArray[np.float64], order: int
+) -> NDArray[np.int64]:
+    """Sort the points of facets by the pieces of `cut_facets` that they are in.
+
+    Which point of the reference facet is where on a cell's facet depends on the release of dolfinx
+    and, since 0.10, on the facet's orientation. So it is found out, by a function that has the
+    reference coordinates of every cell as its values.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (facets, order^2, points / order^2).
+    """
+    space = fem.functionspace(mesh, ("DG", 1, (3,)))
+    place = fem.Function(space)
+    place.x.array.reshape(-1, 3)[space.dofmap.list] = space.element.basix_element.points
+    places = evaluate_on_facets(compile_expression(place, points), mesh, facets)
+    at = on_facets(places.reshape(len(facets), len(points), 3), facets[:, 1])
+    row, column = (at * order).astype(int)
+    ordered = np.argsort(row * order + column, axis=1, kind="stable")
+    return ordered.reshape(len(facets), order**2, len(points) // order**2)
+
+
+def _at_points(contact: Contact) -> Expr:
+    """State what is needed at a quadrature point, area per reference area first."""
+    mesh = contact.solid.mesh
+    J = ufl.Jacobian(mesh)
+    # Nanson's formula; the faces of the reference cell have unit area
+    area = ufl.det(J) * ufl.inv(J).T * ufl.classes.ReferenceNormal(mesh)
+    return ufl.as_vector(
+        (
+            ufl.sqrt(ufl.dot(area, area)),
+            *contact.states(),
+            contact.pressure,
+            contact.gap,
+            *contact.traction,
+            *contact.friction,
+            *contact.slip,
+        )
+    )
+
+
+def _within_cells(mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return cell, and number of the facet in it, for boundary facets of this rank's own cells."""
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    mesh.topology.create_connectivity(dim, dim - 1)
+    cell_of = mesh.topology.connectivity(dim - 1, dim)
+    facets_of = mesh.topology.connectivity(dim, dim - 1)
+    cells = np.array([cell_of.links(facet)[0] for facet in facets], dtype=np.int32)
+    places = [
+        int(np.flatnonzero(facets_of.links(cell) == facet)[0])
+        for cell, facet in zip(cells, facets, strict=True)
+    ]
+    pairs = np.column_stack([cells, np.array(places, dtype=np.int32)])
+    return pairs[cells < mesh.topology.index_map(dim).size_local]
+
+
+def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Average over the points, axis 1; zero where all weights are."""
+    total = weights.sum(axis=1)
+    sums = np.einsum("fq,fq...->f...", weights, values)
+    return (sums.T / np.where(total > 0.0, total, 1.0)).T

@@ -8,28 +8,39 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.model.snapshot import Grid, Snapshot
 
 
-def to_grid(snapshot: Snapshot) -> pv.UnstructuredGrid:
-    """Return the undeformed mesh with all fields; warp it by ``displacement``."""
-    count, nodes = snapshot.cells.shape
-    cells = np.column_stack([np.full(count, nodes), snapshot.cells]).ravel()
-    types = np.full(count, pv.CellType.HEXAHEDRON, dtype=np.uint8)
-    grid = pv.UnstructuredGrid(cells, types, snapshot.points)
-    grid.point_data.update(snapshot.point_data)
-    grid.cell_data.update(snapshot.cell_data)
-    return grid
+def to_grid(grid: Grid) -> pv.UnstructuredGrid:
+    """Return an undeformed grid with all its fields; warp it by ``displacement``."""
+    count, corners = grid.cells.shape
+    cells = np.column_stack([np.full(count, corners), grid.cells]).ravel()
+    kind = {4: pv.CellType.QUAD, 8: pv.CellType.HEXAHEDRON}[corners]
+    made = pv.UnstructuredGrid(cells, np.full(count, kind, dtype=np.uint8), grid.points)
+    made.point_data.update(grid.point_data)
+    made.cell_data.update(grid.cell_data)
+    return made
 
 
 def write_fields(snapshots: Sequence[Snapshot], folder: Path) -> None:
-    """Write a ParaView collection, travel in place of time, and one file per snapshot."""
+    """Write ``bend.pvd``, the stalk, and ``contact.pvd``, the facets that a cylinder may touch.
+
+    Both are ParaView collections, travel in place of time, of one file per snapshot.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    travels_mm = [snapshot.travel_mm for snapshot in snapshots]
+    _write_collection("bend", travels_mm, [snapshot.body for snapshot in snapshots], folder)
+    _write_collection("contact", travels_mm, [snapshot.contact for snapshot in snapshots], folder)
+
+
+def _write_collection(
+    name: str, travels_mm: Sequence[float], grids: Sequence[Grid], folder: Path
+) -> None:
     entries = []
-    for number, snapshot in enumerate(snapshots):
-        name = f"bend_{number:03d}.vtu"
-        to_grid(snapshot).save(folder / name)
-        entries.append(f'    <DataSet timestep="{snapshot.travel_mm:g}" file="{name}"/>')
+    for number, (travel_mm, grid) in enumerate(zip(travels_mm, grids, strict=True)):
+        file = f"{name}_{number:03d}.vtu"
+        to_grid(grid).save(folder / file)
+        entries.append(f'    <DataSet timestep="{travel_mm:g}" file="{file}"/>')
     lines = [
         '<?xml version="1.0"?>',
         '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">',
@@ -38,4 +49,4 @@ def write_fields(snapshots: Sequence[Snapshot], folder: Path) -> None:
         "  </Collection>",
         "</VTKFile>",
     ]
-    (folder / "bend.pvd").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / f"{name}.pvd").write_text("\n".join(lines) + "\n", encoding="utf-8")

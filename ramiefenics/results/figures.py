@@ -140,7 +140,7 @@ def _midspan_faces(
     snapshot: Snapshot, mirror: bool
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.float64]]:
     """Return the polygons of the plane Z = 0, undeformed and deformed, and axial stress."""
-    grid = to_grid(snapshot)
+    grid = to_grid(snapshot.body)
     positive = grid.extract_cells(grid.cell_centers().points[:, 2] > 0.0)
     surface: pv.PolyData = positive.extract_surface(algorithm="dataset_surface")
     flat = np.abs(surface.points[:, 2]) < 1e-6

@@ -71,7 +71,7 @@ def _force_at(result: BendingResult, travel_mm: float) -> float:
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
     """Mirror the modelled part to the whole stalk, without the faces where it was cut."""
-    surface = to_grid(snapshot).extract_surface(algorithm="dataset_surface")
+    surface = to_grid(snapshot.body).extract_surface(algorithm="dataset_surface")
     normals = {"quarter": ((1, 0, 0), (0, 0, 1)), "half": ((1, 0, 0),), "full": ()}[domain]
     middle = surface.cell_centers().points
     cut = np.any([np.abs(middle @ normal) < 1e-6 for normal in normals], axis=0)

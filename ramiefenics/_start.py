@@ -1,0 +1,23 @@
+"""Starts MPI, PETSc and FEniCSx, and leaves Python as the user had it; imported before all else."""
+
+import logging
+import warnings
+
+import petsc4py
+from mpi4py import MPI  # noqa: F401  before PETSc, which would start it without threads
+
+
+def _start() -> None:
+    # With its signal handlers PETSc ends the process where Python raises an exception: when the
+    # other end of a socket or a pipe is closed. Where PETSc has been started before, by the user,
+    # this does nothing.
+    petsc4py.init(["ramiefenics", "-no_signal_handler"])
+    shown_by = warnings.showwarning
+    import ffcx  # noqa: F401
+
+    if warnings.showwarning is not shown_by:
+        # FFCx hands all of Python's warnings to the logging module, which shows them to nobody
+        logging.captureWarnings(False)
+
+
+_start()

@@ -1,0 +1,128 @@
+"""Importing the package leaves Python as the user had it, and its warnings reach the user."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import textwrap
+import warnings
+from pathlib import Path
+
+import pytest
+
+from ramiefenics import BendingTest, override
+from ramiefenics.calibration.campaign import simulate_kept
+from ramiefenics.discovery.runs import Task, run
+
+EVERYTHING = """
+    import dolfinx, ufl
+    from mpi4py import MPI
+    import ramiefenics as rf, ramiefenics.cli, ramiefenics.verification
+    for name in rf.__all__:
+        getattr(rf, name)
+    from ramiefenics.model.jit import compile_form
+    mesh = dolfinx.mesh.create_interval(MPI.COMM_SELF, 3, (0.0, 2.0))
+    compile_form(dolfinx.fem.Constant(mesh, 1.0) * ufl.dx)
+"""
+"""All that is imported on demand, and a compiled form."""
+
+
+def python(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a Python of its own, without what MPI has told this one."""
+    own = ("OMPI_", "PMIX_", "PRTE_MCA_")
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(own)}
+    return subprocess.run(
+        [sys.executable, *arguments], env=environment, capture_output=True, text=True, check=True
+    )
+
+
+def script(*parts: str) -> str:
+    """Run statements in a Python of its own; return what it writes to standard error."""
+    return python("-c", "\n".join(textwrap.dedent(part) for part in parts)).stderr
+
+
+def test_warnings_reach_the_user() -> None:
+    told = script(
+        "import warnings; import ramiefenics as rf",  # before FEniCSx
+        EVERYTHING,
+        'warnings.warn("look here"); rf.published_test("table3")',
+    )
+    assert told.count("UserWarning: look here") == 1
+    assert told.count("SpecificationWarning: Table 3 prints G_XY") == 1
+
+
+def test_warnings_go_where_the_user_sends_them() -> None:
+    told = script(
+        """
+        import logging, warnings
+        logging.basicConfig(format="%(name)s told: %(message)s")
+        logging.captureWarnings(True)
+        warnings.filterwarnings("error", "an error")
+        import ramiefenics
+        warnings.warn("look here")
+        try:
+            warnings.warn("an error")
+        except UserWarning:
+            warnings.warn("raised")
+        """
+    )
+    assert told.count("py.warnings told: ") == 2
+    assert "UserWarning: look here" in told
+    assert "UserWarning: raised" in told
+
+
+def test_import_leaves_the_process_as_it_was() -> None:
+    """Joblib alone adds a variable to the environment, for Intel's OpenMP."""
+    script(
+        """
+        import locale, logging, os, signal, socket, sys
+        import matplotlib, numpy as np
+        def state():
+            environment = {k: v for k, v in os.environ.items() if k != "KMP_INIT_AT_FORK"}
+            handlers = [signal.getsignal(s) for s in signal.valid_signals()]
+            backend = matplotlib.get_backend(auto_select=False)
+            return (
+                environment, handlers, backend, logging.root.level, logging.root.handlers[:],
+                np.geterr(), np.random.get_state()[1].tolist(), locale.setlocale(locale.LC_ALL),
+                sys.excepthook, sys.path[:], os.getcwd(),
+            )
+        before = state()
+        import ramiefenics
+        """,
+        EVERYTHING,
+        """
+        assert state() == before
+        one, other = socket.socketpair()
+        other.close()
+        try:
+            one.send(b"to nobody")
+        except BrokenPipeError:
+            pass
+        else:
+            raise AssertionError
+        """,
+    )
+
+
+@pytest.mark.parametrize(("assignments", "notes"), [([], 1), (["G_XY_MPa=3.09"], 2)])
+def test_command_tells_each_warning_once_in_a_sentence(assignments: list[str], notes: int) -> None:
+    elastic = "stalk.layers.phloem.material.elastic"
+    options = [word for text in assignments for word in ("--set", f"{elastic}.{text}")]
+    done = python("-m", "ramiefenics", "specification", "table3", *options)
+    told = done.stderr.splitlines()
+    assert len(told) == notes
+    assert all(line.startswith("note: ") for line in told)
+    assert "Warning" not in done.stderr
+    assert "note" not in done.stdout
+
+
+def test_work_that_needs_no_warnings_leaves_the_users_on(
+    coarse: BendingTest, tmp_path: Path
+) -> None:
+    """Both may run in the user's own process, by one worker or an executor of threads."""
+    test = override(coarse, ["protocol.travel_mm=0.2"])
+    before = list(warnings.filters)
+    run(Task(test))
+    simulate_kept(test, tmp_path)
+    assert list(warnings.filters) == before
