@@ -13,6 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingTest, override, simulate, write_test
+from ramiefenics.kept import KeptRuns
 
 
 @pytest.mark.mpi
@@ -52,6 +53,24 @@ def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
     assert {tuple(m) for m in middle.round(6)} == {
         tuple(m) for m in one.points[one.cells].mean(axis=1).round(6)
     }
+
+
+@pytest.mark.mpi
+@pytest.mark.filterwarnings("ignore:some results kept")
+def test_ranks_compute_together_what_is_damaged(coarse: BendingTest, tmp_path: Path) -> None:
+    test = override(coarse, ["protocol.travel_mm=0.5"])
+    folder = MPI.COMM_WORLD.bcast(tmp_path)
+    runs = KeptRuns(MPI.COMM_WORLD, folder)
+    first = runs.run(test)
+    assert runs.has(test)
+    assert runs.run(test).cpu_s == first.cpu_s
+    MPI.COMM_WORLD.barrier()  # all have looked
+    if MPI.COMM_WORLD.rank == 0:
+        (file,) = folder.iterdir()
+        file.write_bytes(file.read_bytes()[:-1])
+    assert not runs.has(test)
+    again = runs.run(test).result.curve["force_N"].to_numpy()
+    assert again == pytest.approx(first.result.curve["force_N"].to_numpy(), rel=1e-9)
 
 
 def bend(ranks: int, spec: Path, out: Path) -> subprocess.CompletedProcess[str]:
