@@ -73,8 +73,8 @@ def test_ranks_compute_together_what_is_damaged(coarse: BendingTest, tmp_path: P
     assert again == pytest.approx(first.result.curve["force_N"].to_numpy(), rel=1e-9)
 
 
-def bend(ranks: int, spec: Path, out: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "ramiefenics", "bend", str(spec), "--out", str(out)]
+def run(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "ramiefenics", *map(str, arguments)]
     # MPI has marked this process as one of its own, which may start no others
     own = ("OMPI_", "PMIX_", "PRTE_MCA_")
     environment = {key: value for key, value in os.environ.items() if not key.startswith(own)}
@@ -95,10 +95,22 @@ def test_command_on_two_ranks_is_that_on_one(
     """The tighter tolerance holds for the linear equations too: their own follows Newton's."""
     test = override(coarse, [f"numerics.stepping.relative_tolerance={tolerance}"])
     write_test(test, tmp_path / "test.toml")
-    said = {ranks: bend(ranks, tmp_path / "test.toml", tmp_path / str(ranks)) for ranks in (1, 2)}
+    said = {
+        ranks: run(ranks, "bend", tmp_path / "test.toml", "--out", tmp_path / str(ranks))
+        for ranks in (1, 2)
+    }
     one, two = (pd.read_csv(tmp_path / str(ranks) / "curve.csv") for ranks in (1, 2))
     assert len(one) == len(two)
     assert np.abs(one["force_N"] - two["force_N"]).max() <= allowed * one["force_N"].max()
     files = [sorted(p.name for p in (tmp_path / str(ranks)).rglob("*")) for ranks in (1, 2)]
     assert files[0] == files[1]
     assert said[2].stdout.count("unknowns") == said[1].stdout.count("unknowns") == 1
+
+
+def test_only_the_first_rank_writes_where_all_do_the_same(tmp_path: Path) -> None:
+    travel = np.linspace(0.0, 5.0, 60)
+    np.savetxt(tmp_path / "stalk.csv", np.column_stack([travel, 10.0 * travel]), delimiter=",")
+    raw, out = tmp_path / "stalk.csv", tmp_path / "data"
+    done = run(2, "import", raw, "--format", "columns", "--out", out)
+    assert done.stdout.count("1 curves in") == 1
+    assert (out / "curves" / "stalk.csv").exists()
