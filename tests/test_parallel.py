@@ -13,6 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingTest, override, simulate, write_test
+from ramiefenics.kept import KeptRuns
 from ramiefenics.model.snapshot import Grid
 
 
@@ -85,8 +86,26 @@ def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> 
         assert two.cell_data[name][second] == pytest.approx(expected[first], abs=1e-6 * size), name
 
 
-def bend(ranks: int, spec: Path, out: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "ramiefenics", "bend", str(spec), "--out", str(out)]
+@pytest.mark.mpi
+@pytest.mark.filterwarnings("ignore:some results kept")
+def test_ranks_compute_together_what_is_damaged(coarse: BendingTest, tmp_path: Path) -> None:
+    test = override(coarse, ["protocol.travel_mm=0.5"])
+    folder = MPI.COMM_WORLD.bcast(tmp_path)
+    runs = KeptRuns(MPI.COMM_WORLD, folder)
+    first = runs.run(test)
+    assert runs.has(test)
+    assert runs.run(test).cpu_s == first.cpu_s
+    MPI.COMM_WORLD.barrier()  # all have looked
+    if MPI.COMM_WORLD.rank == 0:
+        (file,) = folder.iterdir()
+        file.write_bytes(file.read_bytes()[:-1])
+    assert not runs.has(test)
+    again = runs.run(test).result.curve["force_N"].to_numpy()
+    assert again == pytest.approx(first.result.curve["force_N"].to_numpy(), rel=1e-9)
+
+
+def run(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "ramiefenics", *map(str, arguments)]
     # MPI has marked this process as one of its own, which may start no others
     own = ("OMPI_", "PMIX_", "PRTE_MCA_")
     environment = {key: value for key, value in os.environ.items() if not key.startswith(own)}
@@ -107,10 +126,22 @@ def test_command_on_two_ranks_is_that_on_one(
     """The tighter tolerance holds for the linear equations too: their own follows Newton's."""
     test = override(coarse, [f"numerics.stepping.relative_tolerance={tolerance}"])
     write_test(test, tmp_path / "test.toml")
-    said = {ranks: bend(ranks, tmp_path / "test.toml", tmp_path / str(ranks)) for ranks in (1, 2)}
+    said = {
+        ranks: run(ranks, "bend", tmp_path / "test.toml", "--out", tmp_path / str(ranks))
+        for ranks in (1, 2)
+    }
     one, two = (pd.read_csv(tmp_path / str(ranks) / "curve.csv") for ranks in (1, 2))
     assert len(one) == len(two)
     assert np.abs(one["force_N"] - two["force_N"]).max() <= allowed * one["force_N"].max()
     files = [sorted(p.name for p in (tmp_path / str(ranks)).rglob("*")) for ranks in (1, 2)]
     assert files[0] == files[1]
     assert said[2].stdout.count("unknowns") == said[1].stdout.count("unknowns") == 1
+
+
+def test_only_the_first_rank_writes_where_all_do_the_same(tmp_path: Path) -> None:
+    travel = np.linspace(0.0, 5.0, 60)
+    np.savetxt(tmp_path / "stalk.csv", np.column_stack([travel, 10.0 * travel]), delimiter=",")
+    raw, out = tmp_path / "stalk.csv", tmp_path / "data"
+    done = run(2, "import", raw, "--format", "columns", "--out", out)
+    assert done.stdout.count("1 curves in") == 1
+    assert (out / "curves" / "stalk.csv").exists()

@@ -18,8 +18,10 @@ from ramiefenics.cli.common import (
     LawName,
     MeshName,
     Spec,
-    check_writable,
+    claim,
+    claims,
     load_test,
+    on_first_rank,
     resumable,
 )
 from ramiefenics.cli.measured import import_command, reduce_command
@@ -37,14 +39,14 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("calibrate")(calibrate_command)
+app.command("calibrate")(on_first_rank(calibrate_command))
 app.command("converge")(converge_command)
 app.command("explicit")(explicit_command)
-app.command("import")(import_command)
-app.command("reconcile")(reconcile_command)
-app.command("reduce")(reduce_command)
-app.command("validate")(validate_command)
-app.command("verify")(verify_command)
+app.command("import")(on_first_rank(import_command))
+app.command("reconcile")(on_first_rank(reconcile_command))
+app.command("reduce")(on_first_rank(reduce_command))
+app.command("validate")(on_first_rank(validate_command))
+app.command("verify")(on_first_rank(verify_command))
 
 
 @app.command()
@@ -59,7 +61,7 @@ def bend(
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = load_test(spec, mesh, law, assign)
-    folder = check_writable(out or Path("results") / Path(spec).stem)
+    folder = claim(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.model.laws import check_law
     from ramiefenics.solve.simulate import simulate
@@ -93,6 +95,7 @@ def mesh(
 
 
 @app.command("discover")
+@on_first_rank
 def discover_command(
     dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
     out: Annotated[
@@ -106,7 +109,7 @@ def discover_command(
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
-    folder = check_writable(out or Path("results") / Path(dataset).resolve().name)
+    folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
@@ -177,7 +180,8 @@ def main() -> None:
 
     warnings.showwarning = note  # type: ignore[assignment]
     try:
-        app()
+        with claims:
+            app()
     except SpecificationError as error:
         if first:
             typer.echo(f"ramiefenics: {error}", err=True)

@@ -15,7 +15,7 @@ from ramiefenics.cli.common import (
     LawName,
     MeshName,
     Spec,
-    check_writable,
+    claim,
     load_test,
     resumable,
 )
@@ -37,7 +37,7 @@ def converge_command(
         if assignment.strip().startswith("numerics.mesh"):
             raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
     test = load_test(spec, None, law, assign)
-    folder = check_writable(out or Path("results") / f"{Path(spec).stem}-convergence")
+    folder = claim(out or Path("results") / f"{Path(spec).stem}-convergence")
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
     from ramiefenics.model.laws import check_law
@@ -76,7 +76,7 @@ def explicit_command(
     meshes take long; `--mesh ladder_q1_1` takes a minute or two.
     """
     test = load_test(spec, mesh, law, assign)
-    folder = check_writable(out or Path("results") / f"{Path(spec).stem}-explicit")
+    folder = claim(out or Path("results") / f"{Path(spec).stem}-explicit")
     from ramiefenics.model.laws import check_law
     from ramiefenics.solve.explicit import simulate_explicitly
     from ramiefenics.solve.simulate import simulate
@@ -109,7 +109,7 @@ def verify_command(
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
 ) -> None:
     """Check the solver against exact solutions, theories and other codes."""
-    folder = check_writable(out)
+    folder = claim(out, MPI.COMM_SELF)
     from rich.progress import track
 
     from ramiefenics.results.verification_report import write_verification

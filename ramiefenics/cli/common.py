@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ParamSpec
 
 import typer
 from mpi4py import MPI
 
+from ramiefenics.results.claim import claimed
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
@@ -21,6 +23,8 @@ from ramiefenics.specification import (
 )
 from ramiefenics.specification.bending import LAWS
 from ramiefenics.specification.published import PUBLISHED
+
+P = ParamSpec("P")
 
 Spec = Annotated[
     str,
@@ -51,13 +55,61 @@ def load_test(
     return override(test, changes + (assignments or []))
 
 
-def check_writable(folder: Path) -> Path:
-    """Find out before hours are spent on what goes into it; make nothing yet."""
+def on_first_rank(command: Callable[P, None]) -> Callable[P, None]:
+    """Leave to the first rank what ranks do not share; the others wait for its end."""
+
+    @functools.wraps(command)
+    def alone(*args: P.args, **kwargs: P.kwargs) -> None:
+        if MPI.COMM_WORLD.rank == 0:
+            command(*args, **kwargs)
+
+    return alone
+
+
+claims = ExitStack()
+"""Folders that a command holds, until `main` ends."""
+
+
+def claim(folder: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Path:
+    """Hold a folder before hours are spent on what goes into it.
+
+    Parameters
+    ----------
+    folder
+        Of results.
+    comm
+        MPI communicator, all of whose ranks call.
+
+    Returns
+    -------
+    Path
+        The folder, of which nothing is made yet.
+
+    Raises
+    ------
+    SpecificationError
+        If it cannot be written, or another process writes it; on all ranks.
+    """
+    refused = None
+    if comm.rank == 0:
+        try:
+            _check_writable(folder)
+            claims.enter_context(claimed(folder))
+        except SpecificationError as error:
+            refused = error.allowed
+        except OSError as error:
+            refused = f"must be a folder that can be written ({error})"
+    refused = comm.bcast(refused)
+    if refused is not None:
+        raise SpecificationError("out", str(folder), refused)
+    return folder
+
+
+def _check_writable(folder: Path) -> None:
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
         allowed = f"must be a folder that can be written, but {existing} cannot"
         raise SpecificationError("out", str(folder), allowed)
-    return folder
 
 
 @contextmanager

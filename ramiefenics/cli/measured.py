@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from mpi4py import MPI
 
-from ramiefenics.cli.common import check_writable
+from ramiefenics.cli.common import claim
 from ramiefenics.specification import SpecificationError
 
 FORMATS = ("instron", "columns")
@@ -41,7 +42,7 @@ def import_command(
     from ramiefenics.measured import TextColumns, import_columns, import_instron
     from ramiefenics.results.dataset_folder import check_new, write_dataset
 
-    check_new(check_writable(out))
+    check_new(claim(out, MPI.COMM_SELF))
     if format == "columns":
         names = TextColumns.columns if columns is None else tuple(columns.split(","))
         curves = import_columns(raw, TextColumns(names, speed, rate))
@@ -68,7 +69,9 @@ def reduce_command(
     seed: Annotated[int, typer.Option(min=0, help="Of the resampling behind intervals.")] = 0,
 ) -> None:
     """Reduce measured curves to slopes, peaks, energies and strengths, by group."""
-    folder = check_writable(out or Path("results") / f"{Path(dataset).resolve().name}-reduced")
+    folder = claim(
+        out or Path("results") / f"{Path(dataset).resolve().name}-reduced", MPI.COMM_SELF
+    )
     from ramiefenics.reduction import reduce_dataset
     from ramiefenics.results.reduction_folder import reduction_table, write_reduction
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
-from ramiefenics.cli.common import check_writable
+from ramiefenics.cli.common import claim
 
 TABLE_5 = "table5"
 
@@ -27,17 +27,16 @@ def reconcile_command(
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind the probability.")] = 0,
 ) -> None:
     """Repair a misprinted central composite design by what was published about it."""
-    folder = check_writable(out or Path("results") / f"{Path(table).stem}-reconciled")
+    folder = claim(out or Path("results") / f"{Path(table).stem}-reconciled", MPI.COMM_SELF)
     from ramiefenics.reconciliation.printed_design import read_printed_design, table5
     from ramiefenics.reconciliation.reconcile import reconcile
 
     built_in = table == TABLE_5 and published is None
     design, publication = table5() if built_in else read_printed_design(table, published)
     found = reconcile(design, publication, seed)
-    if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.reconcile_report import in_words, write_reconciliation
+    from ramiefenics.results.reconcile_report import in_words, write_reconciliation
 
-        write_reconciliation(found, folder)
-        typer.echo(found.changes.to_string(index=False))
-        typer.echo(in_words(found))
-        typer.echo(f"results in {folder}")
+    write_reconciliation(found, folder)
+    typer.echo(found.changes.to_string(index=False))
+    typer.echo(in_words(found))
+    typer.echo(f"results in {folder}")

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.common import check_writable, resumable
+from ramiefenics.cli.common import claim, resumable
 
 if TYPE_CHECKING:
     from ramiefenics.calibration.calibrate import Calibration
@@ -25,7 +26,7 @@ def calibrate_command(
     ] = None,
 ) -> None:
     """Simulate a designed study, fit response surfaces, calibrate, and tell what the data fix."""
-    folder = check_writable(out or Path("results") / f"{Path(study).stem}-calibration")
+    folder = claim(out or Path("results") / f"{Path(study).stem}-calibration", MPI.COMM_SELF)
     # statistics and solver take seconds to import
     from ramiefenics.calibration.calibrate import calibrate
     from ramiefenics.calibration.study import read_study
@@ -49,7 +50,7 @@ def validate_command(
     ] = None,
 ) -> None:
     """Calibrate on some stalks, predict others, and compare with simpler predictors."""
-    folder = check_writable(out or Path("results") / f"{Path(study).stem}-validation")
+    folder = claim(out or Path("results") / f"{Path(study).stem}-validation", MPI.COMM_SELF)
     # statistics and solver take seconds to import
     from ramiefenics.validation import read_validation, validate
 

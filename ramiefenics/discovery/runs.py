@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import os
 import warnings
@@ -39,7 +40,8 @@ class Task:
     def key(self) -> str:
         """Return a name for what comes out."""
         test, _ = bare(self.test)
-        return key_of([to_dict(test), [to_dict(factor) for factor in self.factors]])
+        content = [to_dict(test), [to_dict(factor) for factor in self.factors]]
+        return key_of(content, __file__, inspect.getfile(Factor))
 
 
 class Runs:
@@ -79,19 +81,18 @@ class Runs:
         """
         keys = [task.key() for task in tasks]
         self.asked += len(tasks)
-        left = {
-            key: task
-            for key, task in zip(keys, tasks, strict=True)
-            if not self._shelf.path(key).exists()
-        }
+        kept = {key: self._shelf.get(key) for key in keys}
+        texts = {key: text for key, text in kept.items() if text is not None}
+        left = {key: task for key, task in zip(keys, tasks, strict=True) if key not in texts}
         self._on_done(len(tasks) - len(left))
         parallel = joblib.Parallel(self._workers, return_as="generator_unordered")
         for task, text in parallel(joblib.delayed(run)(task) for task in left.values()):
             for key in {task.key(), replace(task, factors=()).key()}:
                 self._shelf.put(key, text)
+                texts[key] = text
             self.simulated += 1
             self._on_done(1)
-        curves = [pd.read_csv(self._shelf.path(key)) for key in keys]
+        curves = [pd.read_csv(io.StringIO(texts[key])) for key in keys]
         for task, curve in zip(tasks, curves, strict=True):
             curve[curve.columns[1:]] *= bare(task.test)[1]
         return curves

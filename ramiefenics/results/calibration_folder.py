@@ -29,23 +29,6 @@ from ramiefenics.specification.files import to_dict
 LISTED = 1000
 """Equally good points that are written."""
 
-MAYBE = (
-    "calibrated.toml",
-    "desirable.toml",
-    "optimum_set.csv",
-    "identifiability.csv",
-    "information.csv",
-    "optimum.png",
-    "level.png",
-    "profiles.png",
-    "posterior.png",
-    "desirability.png",
-    "contours_*.png",
-    "surface_*.png",
-    "diagnostics_*.png",
-)
-"""Files that not every study has."""
-
 
 def write_calibration(found: Calibration, folder: str | Path) -> Path:
     """Write the tables, figures, specification, manifest and report of a study.
@@ -55,8 +38,8 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
     ``optimum_set.csv``, the best and other equally good parameters; ``identifiability.csv``, one
     row per parameter; ``information.csv``, one per combination; ``calibrated.toml`` for
     ``ramiefenics bend``. Where there are wishes: ``desirable.toml``. ``summary.json`` is the
-    manifest, ``report.html`` needs no other file. Files of an earlier study are replaced; nothing
-    appears half-written.
+    manifest, ``report.html`` needs no other file. They take the place of an earlier result, all
+    at once.
 
     Returns
     -------
@@ -64,7 +47,7 @@ def write_calibration(found: Calibration, folder: str | Path) -> Path:
         The folder; made if it does not exist.
     """
     folder = Path(folder)
-    with draft(folder, *MAYBE) as made:
+    with draft(folder) as made:
         for name, table in tables(found).items():
             table.to_csv(made / f"{name}.csv", index=False, float_format="%.8g")
         write_test(found.baseline, made / "baseline.toml")

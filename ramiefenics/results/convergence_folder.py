@@ -24,7 +24,7 @@ def write_convergence(study: Convergence, folder: str | Path) -> Path:
 
     ``convergence.csv`` has one row per mesh, ``richardson.csv`` one per quantity, ``curves.csv``
     the curves that ``curves.png`` shows; ``error.png``, ``summary.json``, ``specification.toml``.
-    Files of an earlier study are replaced; nothing appears half-written.
+    They take the place of an earlier result, all at once.
 
     Returns
     -------

@@ -83,7 +83,7 @@ def write_dataset(
         {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
         for name, raw in curves.items()
     ]
-    with draft(folder) as made:
+    with draft(folder, replace=False) as made:
         if own:
             write_test(test, made / "baseline.toml")
         (made / "dataset.toml").write_text(HEAD + tomli_w.dumps(layout), encoding="utf-8")

@@ -26,8 +26,8 @@ from ramiefenics.specification.files import to_dict
 def write_discovery(found: Discovery, folder: str | Path) -> Path:
     """Write ``verdict.json``, ``baseline.toml``, ``extended.toml``, figures and ``report.html``.
 
-    ``extended.toml`` is there if a cause was named. Files of an earlier run are replaced; nothing
-    appears half-written.
+    ``extended.toml`` is there if a cause was named. They take the place of an earlier
+    result, all at once.
 
     Returns
     -------
@@ -46,7 +46,6 @@ def write_discovery(found: Discovery, folder: str | Path) -> Path:
         left_out_figure(found).savefig(made / "left_out.png")
         pictures = [made / f"{stem}.png" for stem in ("residual", "suspects", "left_out")]
         (made / "report.html").write_text(report(found, verdict, pictures), encoding="utf-8")
-        (folder / "extended.toml").unlink(missing_ok=True)
     return folder
 
 

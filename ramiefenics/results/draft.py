@@ -1,33 +1,43 @@
-"""Folders of results, in which nothing appears half-written."""
+"""Folders of results: wholly the old ones or wholly the new ones, never both."""
 
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ramiefenics.results.claim import claimed
+from ramiefenics.results.exchange import NEW, install, write_record
+
 
 @contextmanager
-def draft(folder: Path, *stale: str) -> Iterator[Path]:
-    """Make a folder to write to, whose content is moved into `folder` if all went well.
+def draft(folder: Path, replace: bool = True) -> Iterator[Path]:
+    """Make a folder to write to, which takes the place of `folder` if all went well.
 
     Parameters
     ----------
     folder
-        Made if it does not exist; files of an earlier run are replaced.
-    stale
-        Patterns of files that such a run may have left and this one may not replace: they go.
+        Made if it does not exist. What the program wrote there before goes; files of the user's
+        stay, unless the new result has one of the same name.
+    replace
+        If false, what the program wrote there before stays too, and what it writes now is the
+        user's from then on.
+
+    Raises
+    ------
+    SpecificationError
+        If another process is writing it.
+    OSError
+        If it cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".writing-", dir=folder) as name:
-        yield Path(name)
-        for pattern in stale:
-            for left in folder.glob(pattern):
-                left.unlink()
-        for made in sorted(Path(name).iterdir()):
-            place = folder / made.name
-            if place.is_dir():
-                shutil.rmtree(place)
-            made.replace(place)
+    with claimed(folder) as work:
+        made = work / NEW
+        made.mkdir()
+        try:
+            yield made
+            if replace:
+                write_record(made)
+            install(work, folder.resolve())
+        finally:
+            shutil.rmtree(made, ignore_errors=True)

@@ -22,7 +22,7 @@ def write_explicit_folder(
 ) -> Path:
     """Write curve, summary, specification and figure; with the quasi-static curve if there is one.
 
-    Files of an earlier run in that folder are replaced; nothing appears half-written.
+    They take the place of an earlier result in that folder, all at once.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A run's folder: everything is written beside it first, then moved in."""
+"""The folder of a run: curve, summary, specification, fields, pictures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ramiefenics.specification import write_test
 def write_folder(result: BendingResult, folder: str | Path) -> Path:
     """Write curve, summary, specification, fields and pictures of a run.
 
-    Files of an earlier run in that folder are replaced; nothing appears half-written.
+    They take the place of an earlier result in that folder, all at once.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def write_reconciliation(found: Reconciliation, folder: str | Path) -> None:
     found
         A repaired design.
     folder
-        Made if it does not exist; files of an earlier run are replaced.
+        Made if it does not exist; an earlier result in it is replaced, all at once.
     """
     with draft(Path(folder)) as place:
         found.design.to_csv(place / "design.csv", index=False)

@@ -19,7 +19,7 @@ from ramiefenics.specification.files import to_dict
 def write_reduction(reduction: Reduction, folder: str | Path) -> Path:
     """Write ``curves.csv``, ``groups.csv``, ``curves.png``, ``quantities.png``, ``manifest.json``.
 
-    Files of an earlier run are replaced; nothing appears half-written.
+    They take the place of an earlier result, all at once.
 
     Returns
     -------

@@ -31,8 +31,8 @@ def write_validation(found: Validation, folder: str | Path) -> Path:
     predictor, ``factors.csv`` priors and what the calibration leaves of them, ``swings.csv`` how
     far each factor moves each prediction, ``runs.csv`` all simulations of the designs,
     ``surfaces.csv`` how well the response surfaces predict them. ``summary.json`` is the manifest,
-    ``report.html`` needs no other file. Files of an earlier validation are replaced; nothing
-    appears half-written.
+    ``report.html`` needs no other file. They take the place of an earlier result, all
+    at once.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def write_validation(found: Validation, folder: str | Path) -> Path:
         The folder; made if it does not exist.
     """
     folder = Path(folder)
-    with draft(folder, "predictions_*.png", "nuisance_*.png") as made:
+    with draft(folder) as made:
         written = validation_tables(found)
         for name, content in written.items():
             content.to_csv(made / f"{name}.csv", index=False, float_format="%.8g")

@@ -10,6 +10,7 @@ import matplotlib as mpl
 import pandas as pd
 from matplotlib.figure import Figure
 
+from ramiefenics.results.draft import draft
 from ramiefenics.results.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 from ramiefenics.results.manifest import versions
 from ramiefenics.verification import Plot, Study
@@ -35,20 +36,21 @@ time steps, checks the whole curve in [explicit.md](explicit.md).
 def write_verification(studies: Mapping[str, Study], folder: str | Path) -> Path:
     """Write `verification.md`, and a picture for every plot into the folder `verification`.
 
+    They take the place of an earlier report, all at once.
+
     Returns
     -------
     Path
         The page.
     """
     folder = Path(folder)
-    pictures = folder / NAME
-    pictures.mkdir(parents=True, exist_ok=True)
-    for name, study in studies.items():
-        if study.plot is not None:
-            plot_figure(study.plot).savefig(pictures / f"{name}.png")
-    page = folder / f"{NAME}.md"
-    page.write_text(report(studies), encoding="utf-8")
-    return page
+    with draft(folder) as made:
+        (made / NAME).mkdir()
+        for name, study in studies.items():
+            if study.plot is not None:
+                plot_figure(study.plot).savefig(made / NAME / f"{name}.png")
+        (made / f"{NAME}.md").write_text(report(studies), encoding="utf-8")
+    return folder / f"{NAME}.md"
 
 
 def report(studies: Mapping[str, Study]) -> str:
