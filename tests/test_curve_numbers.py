@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.calibration.responses import response
 from ramiefenics.measured import initial_slope, noise, seat
 from ramiefenics.reduction import reduce_curve
 
@@ -157,6 +158,13 @@ def test_contact_is_where_the_force_leaves_the_noise() -> None:
 def test_a_threshold_that_is_never_passed_is_told() -> None:
     with pytest.raises(rf.SpecificationError, match=r"threshold_N = 500.*below the largest force"):
         seat(measured(), rf.Seating("threshold", threshold_N=500.0))
+
+
+@pytest.mark.parametrize("force", [exact(np.linspace(1.0, 8.0, 99)), np.repeat([50.0, 60.0], 50)])
+def test_a_slope_that_is_not_recorded_from_its_start_is_not_a_number(force: np.ndarray) -> None:
+    """The secant begins at a tenth of the largest force."""
+    curve = pd.DataFrame({"displacement_mm": np.linspace(1.0, 8.0, len(force)), "force_N": force})
+    assert np.isnan(response("slope_N_per_mm").of(curve))
 
 
 @pytest.mark.parametrize(
