@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.calibration.responses import response
 from ramiefenics.measured import initial_slope, noise, seat
 from ramiefenics.reduction import reduce_curve
 
@@ -157,6 +158,38 @@ def test_contact_is_where_the_force_leaves_the_noise() -> None:
 def test_a_threshold_that_is_never_passed_is_told() -> None:
     with pytest.raises(rf.SpecificationError, match=r"threshold_N = 500.*below the largest force"):
         seat(measured(), rf.Seating("threshold", threshold_N=500.0))
+
+
+def test_a_contact_before_the_record_is_told() -> None:
+    late = measured()[lambda curve: curve["displacement_mm"] > 1.0]
+    with pytest.raises(rf.SpecificationError, match=r"threshold_N = 2\.0 must be at least .* 14"):
+        seat(late, rf.Seating("threshold", threshold_N=2.0))
+
+
+def test_a_toe_far_before_the_record_is_told() -> None:
+    """From 3 mm on, the straight part is over at 4.5 mm at the latest: its toe is 2.7 mm off."""
+    late = measured()[lambda curve: curve["displacement_mm"] > 3.0]
+    with pytest.raises(rf.SpecificationError, match=r"zero = 'toe' must be no farther before"):
+        seat(late, rf.Seating("toe"))
+
+
+def test_a_toe_needs_a_rise() -> None:
+    curve = measured(0.0)
+    curve.loc[0, "force_N"] = 2.0 * PEAK
+    with pytest.raises(rf.SpecificationError, match=r"'toe' must have a curve that rises from its"):
+        seat(curve, rf.Seating("toe"))
+
+
+def test_what_seating_leaves_is_a_curve() -> None:
+    with pytest.raises(rf.SpecificationError, match=r"must leave at least 20 rows .* leaves \d+"):
+        seat(measured(0.0, 60), rf.Seating("threshold", threshold_N=0.999 * PEAK))
+
+
+@pytest.mark.parametrize("force", [exact(np.linspace(1.0, 8.0, 99)), np.repeat([50.0, 60.0], 50)])
+def test_a_slope_that_is_not_recorded_from_its_start_is_not_a_number(force: np.ndarray) -> None:
+    """The secant begins at a tenth of the largest force."""
+    curve = pd.DataFrame({"displacement_mm": np.linspace(1.0, 8.0, len(force)), "force_N": force})
+    assert np.isnan(response("slope_N_per_mm").of(curve))
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,10 @@ def bluehill(
     units: str = "(s),(mm),(N)",
     cell: Callable[[float], str] = lambda value: f'"{value:.5f}"',
     scale: tuple[float, float] = (1.0, 1.0),
+    more: tuple[float, ...] = (),
 ) -> Path:
     rows = [
-        ",".join(map(cell, (6 * d, d * scale[0], f * scale[1])))
+        ",".join(map(cell, (6 * d, d * scale[0], f * scale[1], *more)))
         for d, f in zip(TRAVEL, FORCE, strict=True)
     ]
     path.write_text(header + "\n".join([names, units, *rows]) + "\n")
@@ -75,6 +76,7 @@ def test_other_units_and_columns_in_between(tmp_path: Path) -> None:
         names="Time,Flexure extension,Load,Flexure stress",
         units="(min),(in),(kN),(MPa)",
         scale=(1 / 25.4, 1e-3),
+        more=(7.5,),
         cell=lambda value: f"{value:.9f}",
     )
     curve = only(rf.import_instron([path])).curve
@@ -132,7 +134,17 @@ DEFECTS = [
     ("(mm),", "(furlong),", r"^a\.csv, row 9, unit of Extension = 'furlong' must be one of um, mm"),
     ("(s),(mm),(N)\n", "", r"^a\.csv, row 9, unit of Extension = '0.00000'.*in brackets"),
     ('"0.10000"', '"0,1"', r"^a\.csv, row 11, column displacement_mm = '0,1' must be a number"),
-    ('"0.60000","0.10000"', '"0.6"', r"^a\.csv, row 11, number of columns = 2 must be at least 3"),
+    (
+        '"0.60000","0.10000"',
+        '"0.6"',
+        r"^a\.csv, row 11, number of cells = 2 must be 3, one for each",
+    ),
+    ('"0.60000","0.10000"', '"0.6","0.1","1.0"', r"^a\.csv, row 11, number of cells = 4 must be 3"),
+    ('"0.10000"', '"0.10000', r"^a\.csv, row 11 = .* must be whole cells, quotation marks closed"),
+    ("Time,Extension", "Load,Extension", r"^a\.csv, row 8, column = 'load' must not occur twice"),
+    ('"3.00000","0.50000"', '"0.1","0.5"', r"^a\.csv, row 15, time_s = 0\.1 must not go back"),
+    ('"0.10000"', '"1e301"', r"^a\.csv, row 11, column displacement_mm = '1e301' must be a num"),
+    ('"0.10000"', '"99.0"', r"^a\.csv, row 11, displacement_mm = 99\.0 must not be ahead"),
     ('"0.10000"', '"---"', r"^a\.csv, row 11, column displacement_mm = '---'.*remove the row"),
 ]
 
@@ -215,10 +227,20 @@ def test_unusable_columns(arguments: tuple, message: str) -> None:
     ("text", "message"),
     [
         ("# nothing\n", r"^a\.txt has no row of numbers"),
-        ("0 0\n1 2\n2\n" + "3 4\n" * 30, r"^a\.txt, row 3, number of columns = 1 must be"),
+        ("0 0\n1 2\n2\n" + "3 4\n" * 30, r"^a\.txt, row 3, number of cells = 1 must be 2, one for"),
         ("0 0\n1 2\n2 x\n" + "3 4\n" * 30, r"^a\.txt, row 3, column force_N = 'x' must be"),
         ("0 0\n1 nan\n", r"^a\.txt, row 2, column force_N = 'nan'"),
         ("0 0\n1 2\n", r"^a\.txt, number of rows = 2 must be at least 20"),
+        ("0 0\n1 2 3\n" + "3 4\n" * 30, r"^a\.txt, row 2, number of cells = 3 must be 2, one for"),
+        ("0,5,1,5\n" * 30, r"^a\.txt, row 1, number of cells = 4 must be 2.*comma is a decimal"),
+        (
+            "".join(f"{d} {d}\n" for d in range(30)),
+            r"^a\.txt, force_N must not be the same as displacement_mm",
+        ),
+        (
+            "".join(f"{d} {d + 1}\n" for d in (*range(30), *range(30, 0, -1), *range(40))),
+            r"^a\.txt, row 32, displacement_mm = 29\.0 must not go back .* before unloading",
+        ),
         ("1 2\n" * 30, r"^a\.txt, force_N = 2.0 must change; is it the right column"),
     ],
 )
@@ -237,11 +259,17 @@ def test_files_that_are_not_there_or_are_no_text(tmp_path: Path) -> None:
 
 
 def test_same_names_take_their_folders(tmp_path: Path) -> None:
-    for folder in ("p1", "p2"):
+    for folder, strength in (("p1", 1.0), ("p2", 1.1)):
         (tmp_path / folder).mkdir()
-        bluehill(tmp_path / folder / "Specimen_RawData_1.csv")
+        bluehill(tmp_path / folder / "Specimen_RawData_1.csv", scale=(1.0, strength))
     found = rf.import_instron(sorted(tmp_path.rglob("*.csv")))
     assert list(found) == ["p1_Specimen_RawData_1", "p2_Specimen_RawData_1"]
+
+
+def test_a_copy_of_another_file_is_told(tmp_path: Path) -> None:
+    files = [bluehill(tmp_path / f"{name}.csv") for name in "ab"]
+    with pytest.raises(rf.SpecificationError, match=r"b\.csv' must not be a copy of .*a\.csv"):
+        rf.import_instron(files)
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
@@ -254,7 +282,8 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
 def test_command_makes_a_data_set_that_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    files = [bluehill(tmp_path / f"{name}.csv") for name in "ab"]
+    strengths = {"a": 1.1, "b": 1.0}
+    files = [bluehill(tmp_path / f"{n}.csv", scale=(1.0, k)) for n, k in strengths.items()]
     out = tmp_path / "set"
     arguments = ["import", *files, "--format", "instron", "--out", out, "--speed", 10]
     assert run(monkeypatch, *arguments) == 0

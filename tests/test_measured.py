@@ -1,11 +1,14 @@
 """Folders of measured data: what is read, and how every defect is told."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.discovery.comparison import observe
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -130,3 +133,229 @@ def test_too_short_a_curve_is_told(folder: Path) -> None:
 def test_no_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(rf.SpecificationError, match="must be a folder with a dataset"):
         rf.read_dataset(tmp_path / "nowhere")
+
+
+def rewrite(path: Path, change: Callable[[list[list[str]]], list[list[str]]]) -> None:
+    """Change the cells of a CSV file, line by line."""
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    path.write_text("\n".join(",".join(cells) for cells in change(lines)) + "\n")
+
+
+CURVES = {
+    "one cell too many": (
+        lambda rows: [*rows[:5], [*rows[5], "7"], *rows[6:]],
+        r"b\.csv, row 6, number of cells = 3 must be 2, one for each column \(crosshead, load\)",
+    ),
+    "one cell too many in every row": (
+        lambda rows: [rows[0], *([str(i), *row] for i, row in enumerate(rows[1:]))],
+        r"b\.csv, row 2, number of cells = 3 must be 2",
+    ),
+    "one cell too few": (
+        lambda rows: [*rows[:5], rows[5][:1], *rows[6:]],
+        r"b\.csv, row 6, number of cells = 1 must be 2",
+    ),
+    "decimal commas": (
+        lambda rows: [[cell.replace(".", ",") for cell in row] for row in rows],
+        r"b\.csv, row 2, number of cells = 4 must be 2.*no comma is a decimal one",
+    ),
+    "semicolons": (
+        lambda rows: [[";".join(row)] for row in rows],
+        r"b\.csv, heading = 'crosshead;load' must name two columns or more, with commas",
+    ),
+    "a heading twice": (
+        lambda rows: [["load", "load"], *rows[1:]],
+        r"b\.csv, heading = 'load' must not occur twice",
+    ),
+    "a quotation mark": (
+        lambda rows: [*rows[:5], ['"' + rows[5][0], rows[5][1]], *rows[6:]],
+        r"b\.csv, row 6 = .*must be whole cells, quotation marks closed",
+    ),
+    "a blank line, counted": (
+        lambda rows: [*rows[:5], [""], ["x", "1"], *rows[7:]],
+        r"b\.csv, row 7, column crosshead = 'x'",
+    ),
+    "not a number": (
+        lambda rows: [*rows[:5], [rows[5][0], "nan"], *rows[6:]],
+        r"b\.csv, row 6, column load = 'nan' must be a number",
+    ),
+    "no number of ours": (
+        lambda rows: [*rows[:5], [rows[5][0], "1_0"], *rows[6:]],
+        r"b\.csv, row 6, column load = '1_0' must be a number",
+    ),
+    "1e301": (
+        lambda rows: [*rows[:5], [rows[5][0], "1e301"], *rows[6:]],
+        r"b\.csv, row 6, column load = '1e301' must be .* within ±1e\+15",
+    ),
+    "stronger than any machine": (
+        lambda rows: [*rows[:5], [rows[5][0], "150"], *rows[6:]],  # kN
+        r"b\.csv, row 6, force_N = 150000\.0 must be within ±100000 N",
+    ),
+    "stronger than any fibre": (
+        lambda rows: [[rows[0][0], "load"], *([d, f"{1e3 * float(f):.3f}"] for d, f in rows[1:])],
+        r"specimens\.csv, row 3 \(B\), nominal stress in MPa.* must be between 0 and 2000; check",
+    ),
+    "farther than the supports are apart": (
+        lambda rows: [rows[0], *([f"{10 * float(d)}", f] for d, f in rows[1:])],
+        r"specimens\.csv, row 3 \(B\), range of displacement in mm = 140\.0 .* and 100; check",
+    ),
+    "a constant force": (
+        lambda rows: [rows[0], *([d, "0.08"] for d, _ in rows[1:])],
+        r"b\.csv, force_N = 80\.0 must change; is it the right column",
+    ),
+    "a single displacement": (
+        lambda rows: [rows[0], *(["3.5", f] for _, f in rows[1:])],
+        r"b\.csv, displacement_mm = 0\.0035 must change; is it the right column",
+    ),
+    "few displacements": (
+        lambda rows: [rows[0], *([f"{i // 5}e3", f] for i, (_, f) in enumerate(rows[1:]))],
+        r"b\.csv, number of displacements = 10 must be at least 20",
+    ),
+    "unloading by small steps": (
+        lambda rows: [*rows, *([f"{14e3 - 100 * i}", "0.05"] for i in range(100))],
+        r"b\.csv, row 54, displacement_mm = 13\.8 must not go back .* unloading",
+    ),
+    "a gap": (
+        lambda rows: rows[:6] + rows[20:],
+        r"b\.csv, row 7, displacement_mm = 5\.4286 must not be ahead .* by more than 10 %",
+    ),
+    "in another order": (
+        lambda rows: [rows[0], *rows[:0:-1]],
+        r"b\.csv, row 3, displacement_mm .* must not go back",
+    ),
+    "mostly below zero": (
+        lambda rows: [rows[0], *([d, f"{float(f) - 0.06:.6f}"] for d, f in rows[1:])],
+        r"b\.csv, largest force = 38.* farther from it than the least, -60: .* zero the load cell",
+    ),
+    "late": (
+        lambda rows: [rows[0], *rows[15:]],
+        r"b\.csv, first row, displacement_mm = 4\.0 must be at most 0\.4286, as curves are "
+        r"compared from 0 mm on; put from_mm = 4 into dataset\.toml, .* or take B out",
+    ),
+    "the curve of another": (
+        lambda rows: [
+            rows[0],
+            *([f"{d:.1f}", f"{7e-6 * d:.6f}"] for d in np.linspace(0, 12000, 50)),
+        ],
+        r"specimens\.csv, row 3, curve = 'b\.csv' must not have the same curve as row 2, A",
+    ),
+}
+
+
+@pytest.mark.parametrize("defect", CURVES)
+def test_every_defect_of_a_curve_is_told(folder: Path, defect: str) -> None:
+    change, message = CURVES[defect]
+    rewrite(folder / "b.csv", change)
+    with pytest.raises(rf.SpecificationError, match=message) as caught:
+        rf.read_dataset(folder)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("B,0.74", "B,0.7,4", r"specimens\.csv, row 3, number of cells = 5 must be 4, one for"),
+        ("B,0.74,20", "B,20", r"specimens\.csv, row 3, number of cells = 3 must be 4, one for"),
+        ("height,", "void,", r"specimens\.csv, heading = 'void' must not occur twice"),
+        ("\nB,", "\n,", r"specimens\.csv, row 3, column specimen = '' must not be empty"),
+        ("b.csv", "", r"specimens\.csv, row 3, column curve = '' must not be empty"),
+        ("b.csv", "a.csv", r"row 3, curve = 'a\.csv' must not have the same curve as row 2, A"),
+        ("\nB", "\n A", r"row 3, specimen = 'A' must not occur twice"),
+        ("0.74", "1e301", r"row 3, column void = '1e301' must be a number"),
+    ],
+)
+def test_every_defect_of_the_specimens_is_told(
+    folder: Path, old: str, new: str, message: str
+) -> None:
+    replace(folder / "specimens.csv", old, new)
+    with pytest.raises(rf.SpecificationError, match=message):
+        rf.read_dataset(folder)
+
+
+def test_diameters_in_another_unit_are_told(folder: Path) -> None:
+    rf.write_test(rf.ramie(15.0, 7.0, 0.7), folder / "mine.toml")
+    replace(folder / "dataset.toml", '"table3"', '"mine.toml"')
+    replace(
+        folder / "dataset.toml", "stalk.void_diameter_mm", "stalk.layers.phloem.outer_diameter_mm"
+    )
+    replace(folder / "specimens.csv", "0.72", "15.3")  # mm, where cm is announced
+    with pytest.raises(rf.SpecificationError, match=r"row 2 \(A\), outer diameter in mm = 153"):
+        rf.read_dataset(folder)
+
+
+def test_one_column_is_not_two_quantities(folder: Path) -> None:
+    replace(folder / "dataset.toml", '"load"', '"crosshead"')
+    with pytest.raises(rf.SpecificationError, match=r"columns\.force = 'crosshead' must be a col"):
+        rf.read_dataset(folder)
+
+
+def test_a_force_that_is_the_displacement_is_told(folder: Path) -> None:
+    replace(folder / "dataset.toml", 'displacement = "um"\nforce = "kN"', "")
+    same = "".join(f"{d:.2f},{d:.2f}\n" for d in np.linspace(0, 12, 50))
+    (folder / "a.csv").write_text("crosshead,load\n" + same)
+    with pytest.raises(rf.SpecificationError, match=r"a\.csv, force_N must not be the same as dis"):
+        rf.read_dataset(folder)
+
+
+def test_time_that_goes_back_is_told(folder: Path) -> None:
+    rewrite(
+        folder / "a.csv",
+        lambda rows: [[*rows[0], "time_s"], *([*r, str(i % 30)] for i, r in enumerate(rows[1:]))],
+    )
+    with pytest.raises(rf.SpecificationError, match=r"a\.csv, row 32, time_s = 0\.0 must not go"):
+        rf.read_dataset(folder)
+
+
+@pytest.mark.parametrize("content", [b"", b"\n\n", b"crosshead,load\n"])
+def test_a_file_without_rows_is_told(folder: Path, content: bytes) -> None:
+    (folder / "a.csv").write_bytes(content)
+    with pytest.raises(rf.SpecificationError, match=r"a\.csv' must have a heading and at least"):
+        rf.read_dataset(folder)
+
+
+@pytest.mark.parametrize("content", [b"\x89PNG\r\n\x1a\n\x00", b"load,\x00", b"7" * 200_000])
+def test_a_file_that_is_no_text_is_told(folder: Path, content: bytes) -> None:
+    (folder / "a.csv").write_bytes(content)
+    with pytest.raises(rf.SpecificationError, match=r"a\.csv' must be text"):
+        rf.read_dataset(folder)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_tables_are_read_in_encodings_of_windows(folder: Path, encoding: str) -> None:
+    text = (folder / "specimens.csv").read_text().replace("B,", "Prüfling,")
+    (folder / "specimens.csv").write_text(text.replace("\n", "\r\n"), encoding, newline="")
+    assert [s.name for s in rf.read_dataset(folder).specimens] == ["A", "Prüfling"]
+
+
+def test_columns_without_a_name_are_nobody_s(folder: Path) -> None:
+    """As pandas writes its index."""
+    expected = rf.read_dataset(folder).specimens[0].curve
+    pd.read_csv(folder / "a.csv").to_csv(folder / "a.csv")
+    pd.testing.assert_frame_equal(rf.read_dataset(folder).specimens[0].curve, expected)
+
+
+def test_a_late_curve_is_compared_from_where_the_message_says(folder: Path) -> None:
+    rewrite(folder / "b.csv", lambda rows: [rows[0], *rows[15:]])
+    replace(folder / "dataset.toml", "speed", "from_mm = 4\nspeed")
+    data = rf.read_dataset(folder)
+    assert data.range_mm == (4.0, pytest.approx(12.0))
+    # 7 N/mm throughout, written to a millinewton
+    assert observe(data).force_N[1] == pytest.approx(7.0 * data.at_mm, abs=1e-3)
+
+
+def test_curves_that_a_preload_makes_late_are_compared_from_where_they_begin(folder: Path) -> None:
+    """With 7 N at the machine's zero, the toe is 1 mm before it."""
+    rewrite(
+        folder / "b.csv",
+        lambda rows: [rows[0], *([d, f"{float(f) + 7e-3:.6f}"] for d, f in rows[1:])],
+    )
+    layout = folder / "dataset.toml"
+    layout.write_text(layout.read_text() + '\n[seating]\nzero = "toe"\n')
+    data = rf.read_dataset(folder)
+    told = (
+        r"b\.csv, first row, displacement_mm = 1\.0.* put from_mm = 1(\.01)? into dataset\.toml, or"
+    )
+    with pytest.raises(rf.SpecificationError, match=told):
+        observe(data)
+    replace(layout, "speed", "from_mm = 1.01\nspeed")
+    data = rf.read_dataset(folder)
+    assert observe(data).force_N == pytest.approx(np.tile(7.0 * data.at_mm, (2, 1)), abs=1e-3)

@@ -371,6 +371,12 @@ DEFECTS = [
         "[]",
         r"factors = \[\] must be a list of two or more",
     ),
+    (
+        '["friction", "nu phloem", "nu xylem"]',
+        '["friction", "friction", "nu xylem"]',
+        r"factors = .* must be a list of two or more columns, each once",
+    ),
+    ('response = "force"', 'response = "friction"', r"response = 'friction' must be .* no factor"),
     ("model =", "modle =", r"modle = 'interaction' is unknown"),
     ("0.76", "0.67", r"beyond repair"),
 ]
@@ -388,6 +394,33 @@ def test_command_tells_defects_in_one_sentence(
     settings = own.with_suffix(".toml")
     assert old in SETTINGS
     settings.write_text(SETTINGS.replace(old, new))
+    out = own.parent / "out"
+    assert call(monkeypatch, str(own), "--out", str(out)) == 2
+    error = capsys.readouterr().err
+    assert re.search(told, error)
+    assert len(error.strip().splitlines()) == 1
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("\n5,", "\n5,0,", r"own\.csv, row 6, number of cells = 6 must be 5, one for each column"),
+        ("\n5,", "\n", r"own\.csv, row 6, number of cells = 4 must be 5, one for each column"),
+        ("number,", "force,", r"own\.csv, heading = 'force' must not occur twice"),
+        (",84.7", ",8.47e300", r"own\.csv, row \d+, column force = '8\.47e300' must be a number"),
+    ],
+)
+def test_command_tells_defects_of_the_table(
+    own: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    old: str,
+    new: str,
+    told: str,
+) -> None:
+    assert old in own.read_text()
+    own.write_text(own.read_text().replace(old, new, 1))
     out = own.parent / "out"
     assert call(monkeypatch, str(own), "--out", str(out)) == 2
     error = capsys.readouterr().err

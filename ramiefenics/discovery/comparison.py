@@ -20,9 +20,6 @@ from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.specification import BendingTest, Machine, SpecificationError
 
-POINTS = 28
-"""Displacements at which curves are compared: noise is correlated over about one such interval."""
-
 DERIVATIVE_SHARE = 0.25
 """Step, over the typical amplitude, of an effect's derivative at an amplitude other than zero."""
 
@@ -47,10 +44,16 @@ class Observed:
 
 
 def observe(dataset: Dataset) -> Observed:
-    """Reduce measured curves: a straight line through the points around each displacement."""
-    low, high = dataset.range_mm
-    at = low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS
-    half = (high - low) / POINTS / 2.0
+    """Reduce measured curves: a straight line through the points around each displacement.
+
+    Raises
+    ------
+    SpecificationError
+        If a curve begins after the first displacement.
+    """
+    dataset.check_starts()
+    at = dataset.at_mm
+    half = float(at[1] - at[0]) / 2.0
     force = np.array([[level(s.curve, d, half) for d in at] for s in dataset.specimens])
     return Observed(at, force, force.max(axis=1))
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from ramiefenics.measured.noise import Array
-from ramiefenics.measured.raw import RawCurve, Row, parse_number, read_lines, read_numbers, tidy
-from ramiefenics.measured.tables import unit_factor
+from ramiefenics.measured.raw import RawCurve, read_numbers, tidy
+from ramiefenics.measured.tables import Row, make_table, parse_number, read_lines, unit_factor
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_number
 
@@ -71,29 +71,27 @@ def read_columns(path: Path, layout: TextColumns) -> RawCurve:
     """Read a text file of columns.
 
     Lines that begin with # % // or ' are comments; so are lines without any number before the
-    first row.
+    first row. Every row has as many cells as the layout has columns.
 
     Raises
     ------
     SpecificationError
         On the first defect: file, row, and what to do.
     """
-    rows = _rows(path)
-    places = {name: i for i, name in enumerate(layout.columns) if name != SKIPPED}
-    table = read_numbers(path, rows, places)
-    found: dict[str, Array] = {}
-    for column in places:
-        quantity, _, unit = column.partition("_")
+    names = ["" if name == SKIPPED else name for name in layout.columns]
+    table = read_numbers(path, make_table(path, names, _rows(path)), [*filter(None, names)])
+    found = pd.DataFrame(index=table.index)
+    for column in table:
+        quantity, _, unit = str(column).partition("_")
         inside = QUANTITIES[quantity]
-        factor = unit_factor(column, unit, inside)
-        found[f"{quantity}_{inside}"] = factor * table[column].to_numpy()
+        found[f"{quantity}_{inside}"] = unit_factor(str(column), unit, inside) * table[column]
     if "time_s" not in found and layout.rate_Hz is not None:
         found["time_s"] = np.arange(len(table)) / layout.rate_Hz
     if "displacement_mm" not in found:
         assert layout.speed_mm_per_min is not None
         found["displacement_mm"] = layout.speed_mm_per_min / 60.0 * found["time_s"]
     order = [name for name in ("time_s", "displacement_mm", "force_N") if name in found]
-    return tidy(path, table.assign(**found)[order])
+    return tidy(path, found[order])
 
 
 def _rows(path: Path) -> list[Row]:

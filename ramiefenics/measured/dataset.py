@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.measured.layout import Layout, listed
-from ramiefenics.measured.raw import LEAST_ROWS
+from ramiefenics.measured.noise import Array
+from ramiefenics.measured.records import check_columns, check_progress, check_steps, same_record
 from ramiefenics.measured.seating import seat
 from ramiefenics.measured.tables import need_columns, numbers, read_table
 from ramiefenics.specification import (
@@ -23,6 +25,9 @@ from ramiefenics.specification import (
 from ramiefenics.specification.files import from_dict, read_toml
 
 SPECIMENS = "specimens.csv"
+
+POINTS = 28
+"""Displacements at which curves are compared: noise is correlated over about one such interval."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,34 @@ class Dataset:
         ends = [float(s.curve["displacement_mm"].iloc[-1]) for s in self.specimens]
         return self.layout.from_mm, min(ends) if self.layout.to_mm is None else self.layout.to_mm
 
+    @property
+    def at_mm(self) -> Array:
+        """Displacements at which the curves are compared, equidistant, shape (POINTS,)."""
+        low, high = self.range_mm
+        return np.asarray(low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS)
+
+    def check_starts(self) -> None:
+        """Check that every curve has begun where the comparison does.
+
+        Raises
+        ------
+        SpecificationError
+            Naming the file of the curve that begins last.
+        """
+        starts = [float(s.curve["displacement_mm"].iloc[0]) for s in self.specimens]
+        last = int(np.argmax(starts))
+        first = float(self.at_mm[0])
+        if starts[last] <= first:
+            return
+        late, machine = self.specimens[last], self.layout.seating.zero == "machine"
+        raise SpecificationError(
+            f"{late.row[self.layout.columns.curve]}, first row, displacement_mm",
+            round(starts[last], 6),
+            f"must be at most {first:.4g}, as curves are compared from {self.layout.from_mm:g} mm "
+            f"on; put from_mm = {math.ceil(100.0 * starts[last]) / 100.0:g} into dataset.toml, "
+            f"{'let [seating] find the contact, ' if machine else ''}or take {late.name} out",
+        )
+
 
 def read_dataset(folder: str | Path) -> Dataset:
     """Read and check a folder of measured data.
@@ -101,9 +134,11 @@ def read_dataset(folder: str | Path) -> Dataset:
     specimens = []
     for index in range(len(table)):
         row = {k: float(np.mean([values[c][index] for c in v])) for k, v in sources.items()}
-        specimens.append(_specimen(folder, layout, baseline, table.iloc[index], index + 2, row))
+        specimens.append(_specimen(folder, layout, baseline, table.iloc[index], row))
     dataset = Dataset(folder, layout, baseline, tuple(specimens))
     _check_together(dataset, table)
+    if layout.seating.zero == "machine":  # the others put the zero before the first row
+        dataset.check_starts()
     return dataset
 
 
@@ -118,22 +153,48 @@ def _specimen(
     layout: Layout,
     baseline: BendingTest,
     row: pd.Series[str],
-    number: int,
     values: Mapping[str, float],
 ) -> Specimen:
+    for column in (layout.columns.specimen, layout.columns.curve):
+        if not row[column]:
+            where = f"{SPECIMENS}, row {row.name}, column {column}"
+            raise SpecificationError(where, row[column], "must not be empty")
     name = row[layout.columns.specimen]
+    place = f"{SPECIMENS}, row {row.name} ({name})"
     length = layout.units.factor("specimens")
     changes = [f"{k}={v * (length if k.endswith('_mm') else 1.0)}" for k, v in values.items()]
     try:
         test = override(baseline, changes)
     except SpecificationError as error:
-        raise error.inside(f"{SPECIMENS}, row {number} ({name}): ") from error
+        raise error.inside(place) from error
     curve = _curve(folder / row[layout.columns.curve], layout)
     cells = {str(column): cell for column, cell in row.items()}
     try:
-        return Specimen(name, test, seat(curve, layout.seating), cells)
+        curve = seat(curve, layout.seating)
     except SpecificationError as error:
-        raise error.inside(f"{SPECIMENS}, row {number} ({name}): ") from error
+        raise error.inside(place) from error
+    _check_sizes(place, test, curve)
+    return Specimen(name, test, curve, cells)
+
+
+def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:
+    """Check that no unit is taken for another.
+
+    Nothing is bent farther than the supports are apart. No plant's fibre carries more than 2 GPa
+    (flax, among the strongest, 1.3 GPa: Baley 2002); P L / 4 W is for the section without void.
+    """
+    span, stalk = test.fixture.span_mm, test.stalk
+    width, height = stalk.outer_diameter_mm, stalk.height_mm
+    reach, peak = float(np.ptp(curve["displacement_mm"])), float(curve["force_N"].max())
+    for what, value, least, most in (
+        ("outer diameter in mm", width, span / 1000.0, span),
+        ("height in mm", height, span / 1000.0, span),
+        ("range of displacement in mm", reach, 0.0, span),
+        ("nominal stress in MPa", 8.0 * peak * span / (np.pi * width * height**2), 0.0, 2000.0),
+    ):
+        if not least <= value <= most:
+            allowed = f"must be between {least:g} and {most:g}; check units, span and section"
+            raise SpecificationError(f"{place}, {what}", round(value, 6), allowed)
 
 
 def _curve(path: Path, layout: Layout) -> pd.DataFrame:
@@ -145,37 +206,33 @@ def _curve(path: Path, layout: Layout) -> pd.DataFrame:
         wanted["time_s"] = "time"
     curve = pd.DataFrame(
         {
-            name: np.array(numbers(path, table, getattr(columns, what))) * units.factor(what)
+            name: numbers(path, table, getattr(columns, what)) * units.factor(what)
             for name, what in wanted.items()
-        }
+        },
+        table.index,
     )
-    if len(curve) < LEAST_ROWS:
-        allowed = f"must be at least {LEAST_ROWS} for a curve"
-        raise SpecificationError(f"{path.name}, number of rows", len(curve), allowed)
-    travel = curve["displacement_mm"].to_numpy()
-    back = np.flatnonzero(np.diff(travel) < -0.01 * np.ptp(travel))
-    if len(back):
-        raise SpecificationError(
-            f"{path.name}, row {back[0] + 3}, column {columns.displacement}",
-            float(travel[back[0] + 1]),
-            "must not go back by more than 1 % of the range; cut the curve before unloading",
-        )
-    if curve["force_N"].max() <= 0.0:
+    check_columns(path, curve)
+    check_progress(path, curve)
+    check_steps(path, curve)
+    least, largest = float(curve["force_N"].min()), float(curve["force_N"].max())
+    if largest <= -least:
         allowed = (
-            "must be above 0 N somewhere: compression counts positive; turn the sign, or zero the "
-            "load cell"
+            f"must be above 0 N, and farther from it than the least, {least:.6g}: compression "
+            "counts positive; turn the sign, or zero the load cell"
         )
-        raise SpecificationError(
-            f"{path.name}, largest force", float(curve["force_N"].max()), allowed
-        )
+        raise SpecificationError(f"{path.name}, largest force", largest, allowed)
     return curve.sort_values("displacement_mm", kind="stable", ignore_index=True)
 
 
 def _check_together(dataset: Dataset, table: pd.DataFrame) -> None:
-    names = table[dataset.layout.columns.specimen]
-    for row in np.flatnonzero(names.duplicated()):
+    names, files = (table[getattr(dataset.layout.columns, what)] for what in ("specimen", "curve"))
+    for row in names.index[names.duplicated()]:
         allowed = "must not occur twice; give each specimen a name of its own"
-        raise SpecificationError(f"{SPECIMENS}, row {row + 2}, specimen", names.iloc[row], allowed)
+        raise SpecificationError(f"{SPECIMENS}, row {row}, specimen", names[row], allowed)
+    if twins := same_record([specimen.curve for specimen in dataset.specimens]):
+        first, second = (table.index[index] for index in twins)
+        allowed = f"must not have the same curve as row {first}, {names[first]}; take one out"
+        raise SpecificationError(f"{SPECIMENS}, row {second}, curve", files[second], allowed)
     low, high = dataset.range_mm
     if not low < high:
         raise SpecificationError(

@@ -17,8 +17,15 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ramiefenics.measured.raw import RawCurve, Row, parse_number, read_lines, read_numbers, tidy
-from ramiefenics.measured.tables import UNITS, unit_factor
+from ramiefenics.measured.raw import RawCurve, read_numbers, tidy
+from ramiefenics.measured.tables import (
+    UNITS,
+    make_table,
+    parse_number,
+    read_lines,
+    split_cells,
+    unit_factor,
+)
 from ramiefenics.specification import SpecificationError
 
 NAMES: dict[str, tuple[str, ...]] = {
@@ -62,13 +69,15 @@ def read_instron(path: Path) -> RawCurve:
     cells = _split(lines[names], delimiter)
     units, first = _units(path, cells, columns, lines, names, delimiter)
     rows = [
-        Row(number, _split(line, delimiter))
+        split_cells(path, number, line, delimiter)
         for number, line in enumerate(lines[first:], start=first + 1)
         if line.strip(' \t",;')
     ]
     if not rows:
         raise SpecificationError(path.name, None, f"has no rows of data below row {first}")
-    curve = read_numbers(path, rows, columns)
+    named = {place: name for name, place in columns.items()}
+    table = make_table(path, [named.get(place, "") for place in range(len(cells))], rows)
+    curve = read_numbers(path, table, list(columns))
     for name in columns:
         inside = name.rpartition("_")[2]
         place = f"{path.name}, row {first}, unit of {cells[columns[name]].strip()}"
@@ -91,6 +100,10 @@ def _names(path: Path, lines: Sequence[str]) -> tuple[int, str, dict[str, int]]:
                 if there:
                     columns[name] = there[0]
             if {"displacement_mm", "force_N"} <= columns.keys():
+                for place in columns.values():
+                    if plain.count(plain[place]) > 1:
+                        where = f"{path.name}, row {index + 1}, column"
+                        raise SpecificationError(where, plain[place], "must not occur twice")
                 return index, delimiter, columns
     raise SpecificationError(
         path.name,

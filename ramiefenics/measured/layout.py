@@ -30,9 +30,15 @@ class Columns:
     time: str = "time_s"
 
     def __post_init__(self) -> None:
-        """Check that all are text."""
-        for name in ("specimen", "curve", "displacement", "force", "time"):
-            check_text(self, name)
+        """Check that all are text, and that no column means two things."""
+        for table in (("specimen", "curve"), ("displacement", "force", "time")):
+            taken: set[str] = set()
+            for name in table:
+                check_text(self, name, empty=False)
+                if getattr(self, name) in taken:
+                    allowed = "must be a column of its own"
+                    raise SpecificationError(name, getattr(self, name), allowed)
+                taken.add(getattr(self, name))
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,8 @@ class Layout:
     mesh
         Recipe of the simulations, by name or in full.
     from_mm, to_mm
-        Range of displacement that is compared; all that every curve has by default.
+        Range of displacement that is compared; by default from 0 to where the shortest curve ends.
+        Every curve has to begin before the first displacement that is compared.
     """
 
     baseline: str

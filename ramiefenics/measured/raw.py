@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ramiefenics.measured.noise import Array
+from ramiefenics.measured.records import (
+    BACK,
+    check_columns,
+    check_progress,
+    check_steps,
+    same_record,
+)
+from ramiefenics.measured.tables import numbers
 from ramiefenics.specification import SpecificationError
 
-LEAST_ROWS = 20
-"""A curve with fewer is not worth a comparison."""
-
-ENCODINGS = ("utf-8-sig", "utf-16", "cp1252")
-"""Tried in turn; machines run Windows."""
-
-UNLOADED = 0.01
-"""Share of the range by which displacement goes back where a specimen is unloaded."""
+REMEDY = "correct it or remove the row, and export one specimen per file"
 
 
 @dataclass(frozen=True)
@@ -45,38 +44,8 @@ class RawCurve:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of a raw file: its number, from 1, and its cells."""
-
-    number: int
-    cells: Sequence[str]
-
-
-def read_lines(path: Path) -> list[str]:
-    """Return the lines of a text file of unknown encoding.
-
-    Raises
-    ------
-    SpecificationError
-        If it cannot be read, or is no text.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
-    for encoding in ENCODINGS:
-        if encoding == "utf-16" and data[:2] not in (b"\xff\xfe", b"\xfe\xff"):
-            continue
-        try:
-            return data.decode(encoding).splitlines()
-        except UnicodeDecodeError:
-            continue
-    raise SpecificationError("file", str(path), "must be text; export it as CSV or text")
-
-
-def read_numbers(path: Path, rows: Sequence[Row], columns: Mapping[str, int]) -> pd.DataFrame:
-    """Return columns of cells as finite numbers.
+def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+    """Return columns of a table of text as finite numbers.
 
     Cells with a comma and none with a point in all of them mean that the comma is decimal.
 
@@ -84,64 +53,45 @@ def read_numbers(path: Path, rows: Sequence[Row], columns: Mapping[str, int]) ->
     ----------
     path
         Named in errors.
-    rows
-        Lines with data.
-    columns
-        Place of each column among the cells, by its name.
+    table
+        See `make_table`.
+    names
+        Of its columns.
 
     Raises
     ------
     SpecificationError
-        Naming file, row and column of the first cell that is missing or no number.
+        Naming file, row and column of the first cell that is no number.
     """
-    least = max(columns.values()) + 1
-    for row in rows:
-        if len(row.cells) < least:
-            allowed = f"must be at least {least}; correct the row or remove it"
-            where = f"{path.name}, row {row.number}, number of columns"
-            raise SpecificationError(where, len(row.cells), allowed)
-    used = [row.cells[place] for row in rows for place in columns.values()]
-    comma = any("," in cell for cell in used) and not any("." in cell for cell in used)
-    found: dict[str, Array] = {}
-    for name, place in columns.items():
-        values = np.empty(len(rows))
-        for index, row in enumerate(rows):
-            cell = row.cells[place].strip()
-            values[index] = parse_number(cell.replace(",", ".") if comma else cell)
-            if not np.isfinite(values[index]):
-                raise SpecificationError(
-                    f"{path.name}, row {row.number}, column {name}",
-                    cell,
-                    "must be a number; correct it or remove the row, and export one specimen "
-                    "per file",
-                )
-        found[name] = values
-    return pd.DataFrame(found)
-
-
-def parse_number(text: str) -> float:
-    """Return a number as it is written, NaN for anything else."""
-    plain = re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", text.strip())
-    return float(text) if plain else float("nan")
+    wanted = table[list(names)]
+    cells = wanted.to_numpy().ravel()
+    if any("," in cell for cell in cells) and not any("." in cell for cell in cells):
+        wanted = wanted.map(lambda cell: cell.replace(",", "."))
+    found = {name: numbers(path, wanted, name, REMEDY) for name in names}
+    return pd.DataFrame(found, wanted.index)
 
 
 def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = None) -> RawCurve:
     """Turn compression positive, and cut off where the specimen is unloaded.
 
+    Parameters
+    ----------
+    path
+        Named in errors.
+    curve
+        As recorded, its index the rows' numbers in the file.
+    header
+        What the file says besides.
+
     Raises
     ------
     SpecificationError
-        If too few rows are there, or the force or the displacement stays where it is.
+        If it is no record of a bending test, see `check_columns` and those after it.
     """
+    check_columns(path, curve)
     notes = []
     for name in ("force_N", "displacement_mm"):
         values = curve[name].to_numpy()
-        if len(values) < LEAST_ROWS:
-            allowed = f"must be at least {LEAST_ROWS} for a curve"
-            raise SpecificationError(f"{path.name}, number of rows", len(values), allowed)
-        if np.ptp(values) == 0.0:
-            allowed = "must change; is it the right column?"
-            raise SpecificationError(f"{path.name}, {name}", float(values[0]), allowed)
         # a load cell may not have been zeroed, and one row may be wild
         from_start = values - np.median(values[:5])
         if -from_start.min() > from_start.max():
@@ -149,12 +99,14 @@ def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = Non
                 values = values - values[0]
             curve = curve.assign(**{name: -values})
             notes.append(f"{path.name}: sign of {name} turned, compression counts positive")
+    check_steps(path, curve)  # or a wild row is taken for the end, and the rest for unloading
     travel = curve["displacement_mm"].to_numpy()
     end = int(travel.argmax())
-    if travel[end] - travel[end:].min() > UNLOADED * np.ptp(travel):
+    if travel[end] - travel[end:].min() > BACK * np.ptp(travel):
         left_out = len(travel) - 1 - end
         notes.append(f"{path.name}: the last {left_out} rows, unloading, left out")
         curve = curve.iloc[: end + 1]
+    check_progress(path, curve)
     return RawCurve(path, curve.reset_index(drop=True), dict(header or {}), tuple(notes))
 
 
@@ -169,7 +121,7 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
     Raises
     ------
     SpecificationError
-        If there is no file, or the same one twice.
+        If there is no file, the same one twice, or two of the same content.
     """
     files = [Path(path) for path in paths]
     if not files:
@@ -183,4 +135,8 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
             allowed = "must not occur twice, folder and name; rename one"
             raise SpecificationError("raw", str(file), allowed)
         named[name] = read(file)
+    if twins := same_record([raw.curve for raw in named.values()]):
+        first, second = (files[index] for index in twins)
+        allowed = f"must not be a copy of {first}; leave one of them out"
+        raise SpecificationError("raw", str(second), allowed)
     return named

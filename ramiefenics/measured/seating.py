@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.measured.noise import noise
+from ramiefenics.measured.records import LEAST_ROWS
 from ramiefenics.measured.slope import initial_slope
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_choice, check_number
@@ -66,15 +67,35 @@ def seat(curve: pd.DataFrame, seating: Seating) -> pd.DataFrame:
     Raises
     ------
     SpecificationError
-        If the force never passes the threshold.
+        If the force never passes the threshold, the toe is too far before the record, or too few
+        rows are left.
     """
     if seating.preload_N > 0.0:
         curve = curve.assign(force_N=curve["force_N"] + seating.preload_N)
     if seating.zero == "machine":
         return curve
-    at = initial_slope(curve).zero_mm if seating.zero == "toe" else _contact(curve, seating)
+    at = _toe(curve) if seating.zero == "toe" else _contact(curve, seating)
     moved = curve.assign(displacement_mm=curve["displacement_mm"] - at)
-    return moved[moved["displacement_mm"] >= 0.0].reset_index(drop=True)
+    moved = moved[moved["displacement_mm"] >= 0.0].reset_index(drop=True)
+    if len(moved) < LEAST_ROWS:
+        allowed = f"must leave at least {LEAST_ROWS} rows of the curve, but leaves {len(moved)}"
+        raise SpecificationError("seating.zero", seating.zero, allowed)
+    return moved
+
+
+def _toe(curve: pd.DataFrame) -> float:
+    found = initial_slope(curve)
+    if not found.N_per_mm > 0.0:
+        allowed = "must have a curve that rises from its start on"
+        raise SpecificationError("seating.zero", "toe", allowed)
+    before = float(curve["displacement_mm"].iloc[0]) - found.zero_mm
+    if before > found.to_mm - found.from_mm:
+        allowed = (
+            f"must be no farther before the record than its straight part is long, but is "
+            f"{before:.3g} mm, and that {found.to_mm - found.from_mm:.3g} mm: it begins too late"
+        )
+        raise SpecificationError("seating.zero", "toe", allowed)
+    return found.zero_mm
 
 
 def _contact(curve: pd.DataFrame, seating: Seating) -> float:
@@ -87,8 +108,12 @@ def _contact(curve: pd.DataFrame, seating: Seating) -> float:
         allowed = f"must be below the largest force, {force[peak]:.3g} N"
         raise SpecificationError("seating.threshold_N", round(threshold, 6), allowed)
     below = np.flatnonzero(force[:peak] <= threshold)
-    if not len(below):  # preload: in contact from the first row on
-        return float(travel[0])
+    if not len(below):
+        allowed = (
+            f"must be at least the force of the first row, {force[0]:.3g} N, for contact to be "
+            'seen; zero = "toe" counts the displacement that a preload took'
+        )
+        raise SpecificationError("seating.threshold_N", round(threshold, 6), allowed)
     i = int(below[-1])
     share = (threshold - force[i]) / (force[i + 1] - force[i])
     return float(travel[i] + share * (travel[i + 1] - travel[i]))

@@ -179,10 +179,14 @@ def read_printed_design(
         if key not in KEYS:
             raise SpecificationError(key, data[key], f"is unknown, known: {', '.join(KEYS)}")
     factors, response = data.get("factors"), data.get("response")
-    if not isinstance(factors, list) or len(set(map(str, factors))) < 2:
-        raise SpecificationError("factors", factors, "must be a list of two or more columns")
-    if not isinstance(response, str):
-        raise SpecificationError("response", response, "must be the name of a column")
+    if not isinstance(factors, list) or len(set(map(str, factors))) < max(2, len(factors)):
+        raise SpecificationError(
+            "factors", factors, "must be a list of two or more columns, each once"
+        )
+    if not isinstance(response, str) or response in factors:
+        raise SpecificationError(
+            "response", response, "must be the name of a column that is no factor"
+        )
     for name in (*factors, response):
         if name not in frame.columns:
             there = ", ".join(frame.columns)
@@ -191,7 +195,7 @@ def read_printed_design(
     alpha = max(1.0, float(np.abs(points).max()))
     if "alpha" in data:
         alpha = _printed("alpha", data["alpha"]).value
-    responses = np.array(numbers(path, frame, response))
+    responses = numbers(path, frame, response)
     design = PrintedDesign(tuple(factors), response, points, responses, alpha)
     coefficients, sums = data.get("coefficients", {}), data.get("sums_of_squares", {})
     for key, part in (("coefficients", coefficients), ("sums_of_squares", sums)):

@@ -138,7 +138,9 @@ def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -
 
 
 def _crossing(force: list[float], travel: list[float], level: float) -> float:
-    """Travel at which the force first reaches a level, linearly interpolated."""
+    """Travel at which the force first reaches a level, linearly interpolated; NaN if before."""
+    if force[0] >= level:
+        return float("nan")
     for i in range(1, len(force)):
         if force[i] >= level:
             share = (level - force[i - 1]) / (force[i] - force[i - 1])

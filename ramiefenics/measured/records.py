@@ -1,0 +1,118 @@
+"""What a record of a bending test has to be, whatever file it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.specification import SpecificationError
+
+LEAST_ROWS = 20
+"""A curve with fewer is not worth a comparison."""
+
+MOST = {"force_N": 1e5, "displacement_mm": 1e4}
+"""Thick culms of bamboo break at some 10 kN; no testing machine is 10 m high."""
+
+LEAST_CHANGE = {"force_N": 1e-6, "displacement_mm": 1e-3}
+"""What no machine that bends stalks resolves is no change."""
+
+BACK = 0.01
+"""Share of the range by which the displacement may go back, as vibration and rounding make it."""
+
+STEP = 0.1
+"""Share of the range by which it may go on from one row to the next: nobody measured between."""
+
+
+def check_columns(path: Path, record: pd.DataFrame) -> None:
+    """Check each column of a record, and that they are not the same one.
+
+    Parameters
+    ----------
+    path
+        Named in errors.
+    record
+        ``displacement_mm``, ``force_N``, and ``time_s`` if known, its index the rows' numbers in
+        the file.
+
+    Raises
+    ------
+    SpecificationError
+        If rows are too few, a value is beyond what stalks and machines can do, force or
+        displacement stays where it is, or the force is a copy of another column.
+    """
+    if len(record) < LEAST_ROWS:
+        allowed = f"must be at least {LEAST_ROWS} for a curve"
+        raise SpecificationError(f"{path.name}, number of rows", len(record), allowed)
+    for name, most in MOST.items():
+        values, unit = record[name], name.rpartition("_")[2]
+        allowed = f"must be within ±{most:g} {unit}; check the column and its unit"
+        _check_rows(path, values, values.abs() <= most, allowed)
+        least = LEAST_CHANGE[name]
+        if np.ptp(values) < least:
+            allowed = f"must change; is it the right column? (by {least:g} {unit} or more)"
+            raise SpecificationError(f"{path.name}, {name}", float(values.iloc[0]), allowed)
+    for name in record.columns.difference(["force_N"]):
+        if np.array_equal(record[name], record["force_N"]):
+            allowed = f"must not be the same as {name} in every row; check the columns"
+            raise SpecificationError(f"{path.name}, force_N", None, allowed)
+
+
+def check_progress(path: Path, record: pd.DataFrame) -> None:
+    """Check that displacement and time of a record go on.
+
+    Raises
+    ------
+    SpecificationError
+        If one of them goes back, or the displacement has too few values.
+    """
+    travel = record["displacement_mm"]
+    number = travel.nunique()
+    if number < LEAST_ROWS:
+        allowed = f"must be at least {LEAST_ROWS} for a curve"
+        raise SpecificationError(f"{path.name}, number of displacements", number, allowed)
+    if "time_s" in record:
+        time = record["time_s"]
+        _check_rows(path, time, ~(time.diff() < 0.0), "must not go back; put the rows in order")
+    allowed = (
+        f"must not go back by more than {100 * BACK:g} % of the range; cut the curve before "
+        "unloading"
+    )
+    _check_rows(path, travel, travel.cummax() - travel <= BACK * np.ptp(travel), allowed)
+
+
+def check_steps(path: Path, record: pd.DataFrame) -> None:
+    """Check that the displacement of a record has no gaps.
+
+    Raises
+    ------
+    SpecificationError
+        If it leaves out too much from one row to the next.
+    """
+    travel = record["displacement_mm"]
+    allowed = (
+        f"must not be ahead of the row before by more than {100 * STEP:g} % of the range, as "
+        "nobody measured what is between; correct the row, or begin after it"
+    )
+    _check_rows(path, travel, ~(travel.diff() > STEP * np.ptp(travel)), allowed)
+
+
+def _check_rows(path: Path, values: pd.Series[float], right: pd.Series[bool], allowed: str) -> None:
+    for row, value in values[~right].items():
+        raise SpecificationError(f"{path.name}, row {row}, {values.name}", value, allowed)
+
+
+def same_record(records: Sequence[pd.DataFrame]) -> tuple[int, int] | None:
+    """Return which two of several records are the same, to the last digit; None if none are.
+
+    No two stalks bend alike: one of the two is a copy of the other's file.
+    """
+    seen: dict[bytes, int] = {}
+    for index, record in enumerate(records):
+        content = record[["displacement_mm", "force_N"]].to_numpy(dtype=np.float64).tobytes()
+        if content in seen:
+            return seen[content], index
+        seen[content] = index
+    return None
