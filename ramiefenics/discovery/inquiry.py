@@ -89,7 +89,9 @@ class _Inquiry:
         seed: int,
         on_stage: Callable[[str, int], None],
     ) -> None:
-        self._dataset, self._effects, self._stage = dataset, effects, on_stage
+        tests = [specimen.test for specimen in dataset.specimens]
+        self._dataset, self._stage = dataset, on_stage
+        self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
         self._runs = runs
         self._observed = observe(dataset)
         self._simulator = Simulator(dataset, self._observed.at_mm, runs)

@@ -57,9 +57,12 @@ class Secret:
     effect: Effect | None
     amplitude: float = 0.0
 
-    def apply(self, test: BendingTest) -> BendingTest:
-        """Return a specification with it."""
-        return test if self.effect is None else self.effect.apply(test, self.amplitude)
+    def apply(self, tests: Sequence[BendingTest]) -> list[BendingTest]:
+        """Return the specifications of a data set's specimens with it."""
+        if self.effect is None:
+            return list(tests)
+        effect = self.effect.centred(tests)
+        return [effect.apply(test, self.amplitude) for test in tests]
 
 
 def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens: int = 8) -> None:
@@ -84,7 +87,7 @@ def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens:
     """
     rng = np.random.default_rng(seed)
     rows, tests = _stalks(rng, specimens)
-    hidden = [secret.apply(test) for test in tests]
+    hidden = secret.apply(tests)
     curves = runs.curves([Task(test) for test in hidden])
     at = np.linspace(0.0, TRAVEL_MM, ROWS)
     (folder / "curves").mkdir(parents=True)
