@@ -102,7 +102,7 @@ class _Inquiry:
     def conclude(self) -> Discovery:
         """Do all steps."""
         number, suspects = len(self._dataset.specimens), len(self._effects)
-        self._stage("fitting the baseline", number * (4 + suspects))
+        self._stage("fitting the baseline", number * (3 + suspects))
         baseline = self._fitter.baseline()
         self._stage("trying every suspect", number * suspects)
         signatures, scores = self._suspects(baseline)

@@ -21,7 +21,7 @@ DRAWS = 2000
 
 MODEL_ERROR = 0.003
 """What the simulator may be wrong by, smoothly and the same way in all specimens, over the peak
-force, apart from what other meshes show."""
+force, apart from what its mesh makes."""
 
 MISFIT = 10.0
 """Times the model error: what is missing where something unknown is."""
