@@ -166,6 +166,11 @@ class Gain:
         """The latter over the former; below 1 is better."""
         return self.rmse_after_N / self.rmse_before_N
 
+    @property
+    def shown(self) -> bool:
+        """Whether predictions are better by more than chance: all of the interval is below 1."""
+        return self.interval[1] < 1.0
+
 
 def measure_gain(before_N: Array, after_N: Array, rng: np.random.Generator) -> Gain:
     """Return the gain, given errors of left-out predictions, shape (n, m)."""
