@@ -181,6 +181,7 @@ def test_a_file_of_the_user_defines_effects(tmp_path, stalk):
         (OWN.replace("(0.0, 5.0)", "(1.0, 5.0)"), r"effect blunt\.bounds"),
         (OWN.replace("1.0, blunt", "9.0, blunt"), r"effect blunt\.typical"),
         (OWN.replace('"blunt"', '"a b"'), "must be one word"),
+        (OWN.replace(", blunt)", ', blunt, {"mean": "stalk.position_mm"})'), "argument of apply"),
     ],
 )
 def test_bad_files_of_effects_are_told(tmp_path, text, message):

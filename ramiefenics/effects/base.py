@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -65,6 +66,12 @@ class Effect:
             raise SpecificationError(
                 f"effect {self.name}.typical", self.typical, "must be within the bounds, not zero"
             )
+
+        arguments = inspect.signature(self.apply).parameters
+        for argument in self.covariates:
+            if argument not in arguments:
+                allowed = f"must be an argument of apply, which has {', '.join(arguments)}"
+                raise SpecificationError(f"effect {self.name}.covariates", argument, allowed)
 
     def centred(self, tests: Sequence[BendingTest]) -> Effect:
         """Return the effect with its covariates counted from their means over these tests.
