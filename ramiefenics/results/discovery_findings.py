@@ -27,7 +27,7 @@ def _verdict(found: Discovery) -> str:
     if found.verdict == "none":
         return _nothing(found, p)
     if found.verdict == "unknown":
-        left = "the fit of these factors" if found.extended is None else "the best of them"
+        left = "the fit of the factors" if found.extended is None else "the best of them"
         return (
             "Something is missing, and no single one of the suspects explains it "
             f"(what {left} leaves has p = {found.misfit_p_value:.2g})."
@@ -77,7 +77,7 @@ def _unshown(curves: Gain, shapes: Gain) -> str:
 
 
 def _factors(found: Discovery) -> list[str]:
-    """Return where the fitted factors went; for a named cause only if that is far."""
+    """Return where the fitted factors went; unless nothing was found, only if that is far."""
     moves = found.factor_moves
     far = [name for name, move in moves.items() if abs(move) > FAR]
     told = []
