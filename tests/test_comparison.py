@@ -10,9 +10,14 @@ import ramiefenics as rf
 from ramiefenics.discovery.comparison import Model, Observed, Simulator
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitter
-from ramiefenics.discovery.meshes import other_meshes
+from ramiefenics.discovery.meshes import finer, limit
 
 STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, GAP_MM = 10.0, 0.02, 0.3
+"""The first for vanishing cells."""
+
+FINER = 0.97
+"""Stiffness on the finer mesh, over that on the mesh of the analysis."""
+
 AT_MM = np.linspace(0.5, 6.0, 12)
 
 
@@ -42,10 +47,8 @@ def axial_modulus_MPa(test: rf.BendingTest) -> float:
 @pytest.fixture
 def springs(screening: rf.BendingTest) -> Springs:
     mesh = screening.numerics.mesh
-    finer, other = other_meshes(mesh)
-    stiffness = {mesh: 1.0, finer: 0.97, other: 1.08}
-    in_N_per_mm = {m: STIFFNESS_N_PER_MM * value for m, value in stiffness.items()}
-    return Springs(in_N_per_mm, axial_modulus_MPa(screening))
+    stiffness = STIFFNESS_N_PER_MM / (1.0 + limit()[0] * (FINER - 1.0))
+    return Springs({mesh: stiffness, finer(mesh): FINER * stiffness}, axial_modulus_MPa(screening))
 
 
 @pytest.fixture
@@ -85,9 +88,33 @@ def test_changes_pass_through_the_machine(
     assert np.allclose(found.force[0], force, rtol=1e-9)
     # small differences are taken of a thousandth, and of c by 0.000025 mm/N: errors of that order
     assert np.allclose(found.by_factors[0, 0], by_log_k, rtol=1e-3)
-    assert np.allclose(found.by_mesh[0], np.outer([-0.03, 0.08], by_log_k), rtol=1e-3)
+    # the first deviation is the same all along; five of them share the variance, in halves but it
+    first = limit()[1] * (FINER - 1.0) / np.sqrt(1.0 + 4.0 / 2.0)
+    assert np.allclose(found.by_mesh[0, 0], first * by_log_k, rtol=1e-3)
     assert found.by_effect is not None
     assert np.allclose(found.by_effect[0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
+
+
+def test_meshes_explain_no_more_than_a_finer_one_shows(
+    screening: rf.BendingTest, simulator: Simulator
+) -> None:
+    found = simulator.linearise(Model(factors(screening, ["xylem.axial"]), (0.0,)))
+    mean, sd = limit()
+    on_mesh = found.force - found.mesh_correction
+    assert np.allclose(found.mesh_correction, mean * (FINER - 1.0) * on_mesh, rtol=1e-9)
+    relative = found.by_mesh[0] / found.force[0]
+    together = np.sqrt((relative**2).sum(axis=0).mean())
+    # small differences are taken of a thousandth
+    assert together == pytest.approx(sd * (1.0 - FINER), rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [1.5, 2.0, 3.0, 4.0])
+def test_the_limit_of_meshes_is_where_richardson_says(order: float) -> None:
+    """F(h) = 1 + h^p on cells of size 1 and 2/3."""
+    coarse, fine = 2.0, 1.0 + (2.0 / 3.0) ** order
+    mean, sd = limit()
+    assert abs(coarse + mean * (fine - coarse) - 1.0) < 2.0 * sd * (coarse - fine)
+    assert abs(coarse + mean * (fine - coarse) - 1.0) < coarse - 1.0
 
 
 @pytest.mark.parametrize(("gap_mm", "found_mm", "rounds"), [(-0.2, 0.0, 1), (0.1, 0.1, 2)])

@@ -87,6 +87,31 @@ def test_stiffness_gradient_scales_the_force(stalk):
     assert force(graded) == pytest.approx(1.2 * force(stalk), rel=1e-4)
 
 
+@pytest.mark.parametrize("own_gradient", [0.0, 0.4])
+def test_a_centred_gradient_changes_no_mean(stalk, own_gradient):
+    """Of specimens anywhere on the plant, whatever gradient the specification has already."""
+    places = [300.0, 800.0, 1300.0]
+    tests = [placed(stalk, position_mm=p, stiffness_gradient_per_m=own_gradient) for p in places]
+    effect = EFFECTS["stiffness_gradient"].centred(tests)
+    moduli = np.array([[axial_MPa(effect.apply(t, a)) for t in tests] for a in (0.0, 0.25)])
+    assert moduli[1].mean() == pytest.approx(moduli[0].mean(), rel=1e-12)
+    in_the_middle = moduli[0, 1]
+    assert moduli[1] - moduli[0] == pytest.approx(np.array([-1, 0, 1]) * 0.125 * in_the_middle)
+
+
+def axial_MPa(test):
+    return test.stalk.layers[0].material.scaled(test.stalk.stiffness_factor).elastic.E_Z_MPa
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_only_covariates_are_centred(effect, stalk):
+    """Displacement, diameters and a distance from midspan have a zero of their own."""
+    tests = [placed(stalk, position_mm=p, measured_at_mm=90.0) for p in (200.0, 600.0)]
+    centred = effect.centred(tests)
+    same = [effect.apply(t, effect.typical) == centred.apply(t, effect.typical) for t in tests]
+    assert all(same) == (not effect.covariates)
+
+
 def test_vanishing_pith_leaves_the_hollow_stalk(stalk):
     """The tube's own mesh must not change with what fills it."""
     stalk = rf.override(stalk, ["numerics.mesh.angular_elements=8"])  # four to a quadrant
@@ -101,6 +126,33 @@ def test_pith_carries_load(stalk):
 def test_pith_needs_a_void(stalk):
     with pytest.raises(rf.SpecificationError, match="no void to fill"):
         EFFECTS["pith_core"].apply(placed(stalk, void_diameter_mm=0.0), 0.1)
+
+
+AGEING = """
+from ramiefenics import Effect, override
+
+def stiffer(test, share, mean_mm):
+    scale = 1 + share * (test.stalk.void_diameter_mm - mean_mm)
+    return override(test, [f"protocol.travel_mm={test.protocol.travel_mm * scale}"])
+
+AGEING = Effect("ageing", "Wider is older.", "none", "1/mm", (-1.0, 1.0), 0.1, stiffer, COVARIATES)
+"""
+
+
+def test_covariates_of_the_users_effects_are_centred(tmp_path, stalk):
+    covariates = '{"mean_mm": "stalk.void_diameter_mm"}'
+    (tmp_path / "own.py").write_text(AGEING.replace("COVARIATES", covariates))
+    tests = [placed(stalk, void_diameter_mm=width) for width in (7.0, 8.0)]
+    effect = load_effects(tmp_path / "own.py")["ageing"].centred(tests)
+    travel = [effect.apply(test, 0.1).protocol.travel_mm for test in tests]
+    assert travel == pytest.approx([3.0 * 0.95, 3.0 * 1.05])
+
+
+def test_a_covariate_that_is_no_number_is_told(tmp_path, stalk):
+    (tmp_path / "own.py").write_text(AGEING.replace("COVARIATES", '{"mean_mm": "stalk.age"}'))
+    effect = load_effects(tmp_path / "own.py")["ageing"]
+    with pytest.raises(rf.SpecificationError, match=r"ageing\.covariates = 'stalk\.age' must be"):
+        effect.centred([stalk])
 
 
 OWN = """
@@ -129,6 +181,7 @@ def test_a_file_of_the_user_defines_effects(tmp_path, stalk):
         (OWN.replace("(0.0, 5.0)", "(1.0, 5.0)"), r"effect blunt\.bounds"),
         (OWN.replace("1.0, blunt", "9.0, blunt"), r"effect blunt\.typical"),
         (OWN.replace('"blunt"', '"a b"'), "must be one word"),
+        (OWN.replace(", blunt)", ', blunt, {"mean": "stalk.position_mm"})'), "argument of apply"),
     ],
 )
 def test_bad_files_of_effects_are_told(tmp_path, text, message):

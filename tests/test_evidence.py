@@ -161,6 +161,21 @@ def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
         assert np.allclose(errors[s] - own @ np.linalg.solve(whole, errors[s]), left[s], atol=1e-10)
 
 
+@pytest.mark.parametrize("offset", [0.0, 1.0])
+def test_mean_factors_are_the_conditional_mean(curves, offset):
+    """Of d and the mean of b_s, also where the data contradict the prior of d."""
+    by_factors, nuisance, _ = curves
+    noise = np.random.default_rng(11).normal(0.0, 0.02, (N, M))
+    residual = noise + offset * by_factors[:, 0]
+    evidence = Evidence(residual, by_factors, nuisance, FACTOR_SD)
+    fit = evidence.fit()
+    weights = np.linalg.solve(dense(by_factors, nuisance, fit.scatter), residual.ravel())
+    flat = by_factors.transpose(1, 0, 2).reshape(2, -1)
+    # d has the same covariance with all specimens, and b_s with its own: over N for the mean
+    share = FACTOR_SD**2 + fit.scatter.tau**2 / N
+    assert np.allclose(evidence.mean_log_factors(fit), share * flat @ weights, atol=1e-10)
+
+
 def test_one_specimen_cannot_speak_for_an_effect(curves):
     by_factors, nuisance, signature = curves
     clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)

@@ -115,8 +115,8 @@ def discover_command(
     from ramiefenics.discovery import discover
     from ramiefenics.discovery.runs import Runs
     from ramiefenics.effects import EFFECTS, load_effects
-    from ramiefenics.results.discovery_folder import summarise_discovery, write_discovery
-    from ramiefenics.results.discovery_report import sentence
+    from ramiefenics.results.discovery_findings import findings
+    from ramiefenics.results.discovery_folder import write_discovery
 
     suspects = dict(EFFECTS)
     for path in effects or []:
@@ -124,7 +124,10 @@ def discover_command(
     with resumable(), progress.counting() as (stage, count):
         found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
     write_discovery(found, folder)
-    typer.echo(f"{found.verdict}: {sentence(found, summarise_discovery(found))}")
+    verdict, *others = findings(found)
+    typer.echo(f"{found.verdict}: {verdict}")
+    for told in others:
+        typer.echo(told)
     typer.echo(f"results in {folder}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +14,9 @@ from scipy.interpolate import Akima1DInterpolator
 
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
-from ramiefenics.discovery.meshes import on_mesh, other_meshes
+from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.runs import Runs, Task
+from ramiefenics.discovery.verdict import smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
@@ -99,17 +101,21 @@ class Linearised:
     model
         Which.
     force
-        Predicted, shape (n, m).
+        Predicted for vanishing cells, shape (n, m).
+    mesh_correction
+        What that is more than on the mesh of the simulations, shape (n, m).
     by_factors
         Derivatives by the log factors, shape (n, k, m).
     by_mesh
-        Changes on other meshes, two of them, shape (n, 2, m).
+        Smooth deviations from the expected correction, each with its standard deviation,
+        shape (n, q, m).
     by_effect
         Derivative by the amplitude, per unit of it, shape (n, m); None without effect.
     """
 
     model: Model
     force: Array
+    mesh_correction: Array
     by_factors: Array
     by_mesh: Array
     by_effect: Array | None
@@ -117,6 +123,9 @@ class Linearised:
 
 class Simulator:
     """Predicts what a data set's machine records.
+
+    Real stalks have no mesh: all forces are extrapolated to vanishing cells, by what a finer mesh
+    changes of every specimen as specified, relatively and at the same place of the indenter.
 
     Parameters
     ----------
@@ -132,7 +141,6 @@ class Simulator:
         self._specimens = dataset.specimens
         self._at = at_mm
         self._runs = runs
-        self._meshes = other_meshes(dataset.specimens[0].test.numerics.mesh)
 
     def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> Task:
         travel = float(self._at[-1])
@@ -142,8 +150,7 @@ class Simulator:
     def linearise(self, model: Model) -> Linearised:
         """Simulate every specimen with derivatives by the log factors, and by the amplitude.
 
-        The latter is a difference. For an error of the machine, that needs no other simulation. Nor
-        do other meshes, but for the specimens as specified.
+        The latter is a difference. For an error of the machine, that needs no other simulation.
 
         Raises
         ------
@@ -158,33 +165,51 @@ class Simulator:
         tasks = [self._task(test, model.factors) for test in tests]
         # the longest first, so that all workers end together
         done = self._runs.curves([*tasks, *map(self._task, beside)])
+        raw = self._predictions(tests, done[: len(tests)])
+        done = self._extrapolated(done)
         curves, moved = done[: len(tests)], done[len(tests) :]
         force = self._predictions(tests, curves)
         slopes, by_mesh = [], []
-        for test, curve, errors in zip(tests, curves, self._mesh_errors, strict=True):
+        for test, curve, deviations in zip(tests, curves, self._mesh_deviations, strict=True):
             slopes.append([self._slope(test, curve, curve[f.name]) for f in model.factors])
-            wrong = [np.interp(curve["displacement_mm"], self._at, error) for error in errors]
+            wrong = [np.interp(curve["displacement_mm"], self._at, d) for d in deviations]
             by_mesh.append([self._slope(test, curve, curve["force_N"] * error) for error in wrong])
         by_effect = (self._predictions(beside, moved) - force) / step if beside else None
-        return Linearised(model, force, np.array(slopes), np.array(by_mesh), by_effect)
+        return Linearised(model, force, force - raw, np.array(slopes), np.array(by_mesh), by_effect)
 
     @cached_property
-    def _mesh_errors(self) -> Array:
-        """Relative changes of the specimens' forces on other meshes, shape (n, 2, m).
+    def _mesh_changes(self) -> Array:
+        """Relative changes of the specimens' forces on a finer mesh, shape (n, m).
 
         At displacements of the indenter: what machine and seating make of them, they make of the
         forces.
         """
-        direct = [dataclasses.replace(s.test, machine=Machine()) for s in self._specimens]
-        tests = [
-            test if mesh is None else on_mesh(test, mesh)
-            for test in direct
-            for mesh in (None, *self._meshes)
-        ]
+        plain = [dataclasses.replace(s.test, machine=Machine()) for s in self._specimens]
+        tests = [*plain, *(on_mesh(test, finer(test.numerics.mesh)) for test in plain)]
         curves = self._runs.curves([*map(self._task, tests)])
-        force = self._predictions(tests, curves).reshape(len(direct), 1 + len(self._meshes), -1)
-        plain = force[:, :1]
-        return np.asarray(force[:, 1:] / np.where(plain > 0.0, plain, np.inf) - 1.0)
+        coarse, fine = np.split(self._predictions(tests, curves), 2)
+        return np.where(coarse > 0.0, fine / np.where(coarse > 0.0, coarse, 1.0) - 1.0, 0.0)
+
+    @property
+    def _mesh_deviations(self) -> Array:
+        """Relative deviations from the extrapolated forces, shape (n, q, m).
+
+        Together they have the extrapolation's standard deviation, on average over displacements:
+        how far the limit is may change along the curve, but smoothly.
+        """
+        modes = smooth(*self._mesh_changes.shape)
+        modes /= np.sqrt((modes**2).sum(axis=1).mean())
+        return limit()[1] * modes * self._mesh_changes[:, None]
+
+    def _extrapolated(self, curves: Sequence[pd.DataFrame]) -> list[pd.DataFrame]:
+        """Return curves of all specimens, once or several times over, for vanishing cells."""
+        found = []
+        for curve, change in zip(curves, itertools.cycle(self._mesh_changes), strict=False):
+            at = curve["displacement_mm"].to_numpy()
+            factor = 1.0 + limit()[0] * np.interp(at, self._at, change)
+            forces = curve.drop(columns="displacement_mm").mul(factor, axis=0)
+            found.append(curve[["displacement_mm"]].join(forces))
+        return found
 
     def signature(self, base: Linearised, effect: Effect) -> Array:
         """Return the change of every curve by the effect's typical amplitude, per unit of it.
@@ -196,7 +221,7 @@ class Simulator:
         """
         model = dataclasses.replace(base.model, effect=effect)
         tests = [model.test(s.test, effect.typical) for s in self._specimens]
-        curves = self._runs.curves([self._task(test) for test in tests])
+        curves = self._extrapolated(self._runs.curves([*map(self._task, tests)]))
         return (self._predictions(tests, curves) - base.force) / effect.typical
 
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:

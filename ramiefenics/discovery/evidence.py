@@ -174,16 +174,25 @@ class Evidence:
         flat, onto = self._project(own, common, vectors.transpose(1, 2, 0))
         return np.asarray(flat.T @ flat - onto.T @ onto)
 
-    def common_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
-        """Return the expected common log factors, shape (k,)."""
-        return self._factor_sd * self._common_deviations(fit, signature)[: self._J.shape[1]]
+    def mean_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
+        """Return the expected log factors, mean over the specimens, shape (k,).
+
+        That is d and the mean of b_s: where the data contradict the prior of d, part of what all
+        specimens share is in the latter.
+        """
+        deviations = self._common_deviations(fit, signature)
+        errors = self._without(fit, signature)[..., 0] - self._common @ deviations
+        common = self._factor_sd * deviations[: self._J.shape[1]]
+        return np.asarray(common + self._own_log_factors(fit, errors).mean(axis=0))
+
+    def _without(self, fit: Fit, signature: Array | None) -> Array:
+        """Return the residual less the effect, shape (n, m, 1)."""
+        if signature is None:
+            return self.residual
+        return np.asarray(self.residual - fit.amplitude * signature[..., None])
 
     def _common_deviations(self, fit: Fit, signature: Array | None) -> Array:
-        data = (
-            self.residual
-            if signature is None
-            else self.residual - fit.amplitude * signature[..., None]
-        )
+        data = self._without(fit, signature)
         own, common, _ = self._reduce(fit.scatter)
         white = np.linalg.solve(own, data)[..., 0]
         return _posterior(
@@ -211,17 +220,20 @@ class Evidence:
 
     def without_own(self, fit: Fit, errors: Array) -> Array:
         """Return errors, shape (n, m), less what each specimen's own factors make of them."""
+        return errors - np.einsum("nki,nk->ni", self._J, self._own_log_factors(fit, errors))
+
+    def _own_log_factors(self, fit: Fit, errors: Array) -> Array:
+        """Return the expected b_s, shape (n, k), given errors without the common parts."""
         own, _, _ = self._reduce(fit.scatter)
         white = np.linalg.solve(own, errors[..., None])
         solved = np.linalg.solve(own.transpose(0, 2, 1), white)
-        part = np.einsum("nki,nkj,njc->ni", self._J, self._J, solved)
-        return errors - fit.scatter.tau**2 * part
+        return np.asarray(fit.scatter.tau**2 * np.einsum("nkj,njc->nk", self._J, solved))
 
     def parts(self, fit: Fit, signature: Array | None = None) -> tuple[Array, Array]:
-        """Return what effect and common factors explain, and what the nuisance does, (n, m)."""
+        """Return what effect and mean factors explain, and what the nuisance does, (n, m)."""
         deviations = self._common_deviations(fit, signature)
         number = self._J.shape[1]
-        explained = self._common[..., :number] @ deviations[:number]
+        explained = np.einsum("nkm,k->nm", self._J, self.mean_log_factors(fit, signature))
         if signature is not None:
             explained += fit.amplitude * signature
         return explained, self._common[..., number:] @ deviations[number:]

@@ -57,11 +57,11 @@ class Fitted:
 
     @property
     def log_factors(self) -> Array:
-        """Common log factors, shape (k,)."""
-        return self.evidence.common_log_factors(self.fit, self.signature)
+        """Log factors, mean over the specimens, shape (k,)."""
+        return self.evidence.mean_log_factors(self.fit, self.signature)
 
     def remaining(self) -> tuple[Array, Array]:
-        """Return what common factors and effect leave, over the peaks, shape (n, m).
+        """Return what mean factors and effect leave, over the peaks, shape (n, m).
 
         Also what of that is put down to the simulator.
         """
@@ -98,7 +98,7 @@ class Fitter:
         curves = self._simulator.linearise(Model(used, (0.0,) * len(used)))
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
-            wanted = evidence.common_log_factors(evidence.fit())
+            wanted = evidence.mean_log_factors(evidence.fit())
             if np.abs(wanted - curves.model.log_factors).max() < SETTLED:
                 break
             curves = self._move(curves.model, wanted, 0.0)

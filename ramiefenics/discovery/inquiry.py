@@ -89,7 +89,9 @@ class _Inquiry:
         seed: int,
         on_stage: Callable[[str, int], None],
     ) -> None:
-        self._dataset, self._effects, self._stage = dataset, effects, on_stage
+        tests = [specimen.test for specimen in dataset.specimens]
+        self._dataset, self._stage = dataset, on_stage
+        self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
         self._runs = runs
         self._observed = observe(dataset)
         self._simulator = Simulator(dataset, self._observed.at_mm, runs)
@@ -100,7 +102,7 @@ class _Inquiry:
     def conclude(self) -> Discovery:
         """Do all steps."""
         number, suspects = len(self._dataset.specimens), len(self._effects)
-        self._stage("fitting the baseline", number * (4 + suspects))
+        self._stage("fitting the baseline", number * (3 + suspects))
         baseline = self._fitter.baseline()
         self._stage("trying every suspect", number * suspects)
         signatures, scores = self._suspects(baseline)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from scipy.stats import t as student
+
 from ramiefenics.discovery.comparison import Observed
 from ramiefenics.discovery.fitting import Fitted
 from ramiefenics.discovery.verdict import Gain, Score
@@ -64,6 +66,26 @@ class Discovery:
     explained: float | None
     confusable_with: tuple[str, ...]
     simulations: int
+
+    @property
+    def fitted(self) -> Fitted:
+        """The last fit: with the best suspect if there is one, else the baseline."""
+        return self.baseline if self.extended is None else self.extended
+
+    @property
+    def factor_moves(self) -> dict[str, float]:
+        """Logarithms of the fitted factors over their prior standard deviation, by name."""
+        moves = self.fitted.log_factors / self.dataset.layout.fit_sd
+        names = (factor.name for factor in self.fitted.curves.model.factors)
+        return dict(zip(names, map(float, moves), strict=True))
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of a suspect's amplitude, within its bounds."""
+        score = self.scores[name]
+        low, high = self.effects[name].bounds
+        # the specimen is the unit
+        half = float(student.ppf(0.975, len(self.dataset.specimens) - 1)) * score.error
+        return max(score.amplitude - half, low), min(score.amplitude + half, high)
 
     def baseline_test(self) -> BendingTest:
         """Return the baseline with its fitted factors."""

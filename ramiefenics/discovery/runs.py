@@ -130,7 +130,13 @@ def bare(test: BendingTest) -> tuple[BendingTest, float]:
     factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA
     scale = stalk.stiffness_factor / factor
     layers = tuple(replace(layer, material=layer.material.scaled(scale)) for layer in stalk.layers)
-    stalk = replace(stalk, layers=layers, position_mm=0.0, stiffness_gradient_per_m=0.0)
+    stalk = replace(
+        stalk,
+        layers=layers,
+        position_mm=0.0,
+        stiffness_gradient_per_m=0.0,
+        reference_position_mm=0.0,
+    )
     if stalk.taper == 0.0:
         stalk = replace(stalk, measured_at_mm=0.0)
     numerics = replace(

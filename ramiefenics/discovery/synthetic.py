@@ -20,16 +20,20 @@ from ramiefenics.specification import BendingTest, MeshRecipe, ramie
 
 MESH = MeshRecipe(
     name="hidden",
-    order=1,
-    angular_elements=16,
-    wall_elements=4,
+    order=2,
+    serendipity=True,
+    angular_elements=14,
+    side_growth=1.25,
+    wall_elements=3,
+    bore_growth=1.3,
     rind_elements=1,
-    contact_size_mm=2.0,
+    contact_size_mm=2.5,
     contact_zone_mm=6.0,
     growth=0.3,
-    coarse_size_mm=10.0,
+    coarse_size_mm=20.0,
 )
-"""Another mesh, and another element order, than `discover` uses."""
+"""Other meshes than `discover` uses, and finer: real stalks have none. At the ends of the range its
+forces are within 1 % of the recipe `fine`, between them within 0.5 %."""
 
 ROWS, TRAVEL_MM, SPEED_MM_PER_S = 281, 14.0, 1.0 / 6.0
 GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
@@ -57,9 +61,12 @@ class Secret:
     effect: Effect | None
     amplitude: float = 0.0
 
-    def apply(self, test: BendingTest) -> BendingTest:
-        """Return a specification with it."""
-        return test if self.effect is None else self.effect.apply(test, self.amplitude)
+    def apply(self, tests: Sequence[BendingTest]) -> list[BendingTest]:
+        """Return the specifications of a data set's specimens with it."""
+        if self.effect is None:
+            return list(tests)
+        effect = self.effect.centred(tests)
+        return [effect.apply(test, self.amplitude) for test in tests]
 
 
 def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens: int = 8) -> None:
@@ -84,7 +91,7 @@ def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens:
     """
     rng = np.random.default_rng(seed)
     rows, tests = _stalks(rng, specimens)
-    hidden = [secret.apply(test) for test in tests]
+    hidden = secret.apply(tests)
     curves = runs.curves([Task(test) for test in hidden])
     at = np.linspace(0.0, TRAVEL_MM, ROWS)
     (folder / "curves").mkdir(parents=True)

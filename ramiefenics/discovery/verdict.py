@@ -21,7 +21,7 @@ DRAWS = 2000
 
 MODEL_ERROR = 0.003
 """What the simulator may be wrong by, smoothly and the same way in all specimens, over the peak
-force, apart from what other meshes show."""
+force, apart from what its mesh makes."""
 
 MISFIT = 10.0
 """Times the model error: what is missing where something unknown is."""
@@ -165,6 +165,11 @@ class Gain:
     def ratio(self) -> float:
         """The latter over the former; below 1 is better."""
         return self.rmse_after_N / self.rmse_before_N
+
+    @property
+    def shown(self) -> bool:
+        """Whether predictions are better by more than chance: all of the interval is below 1."""
+        return self.interval[1] < 1.0
 
 
 def measure_gain(before_N: Array, after_N: Array, rng: np.random.Generator) -> Gain:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
-from dataclasses import dataclass
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification.files import value_at
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,12 @@ class Effect:
         From a specification and an amplitude to the specification with the effect; the same
         specification if the amplitude is zero. Raises `SpecificationError` where the effect has
         no meaning.
+    covariates
+        For effects by which specimens differ, from arguments of `apply` to keys of the
+        specification. Where zero is, is a matter of convention for these (a height above ground,
+        an age), so it is put at the mean of a data set's specimens, and `apply` is given that mean:
+        otherwise the effect would also change all specimens alike, as an error of the load cell
+        does. A quantity whose zero has a meaning (a distance from midspan) is no covariate.
     """
 
     name: str
@@ -40,7 +51,8 @@ class Effect:
     unit: str
     bounds: tuple[float, float]
     typical: float
-    apply: Callable[[BendingTest, float], BendingTest]
+    apply: Callable[..., BendingTest]
+    covariates: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check name and amplitudes."""
@@ -54,6 +66,31 @@ class Effect:
             raise SpecificationError(
                 f"effect {self.name}.typical", self.typical, "must be within the bounds, not zero"
             )
+
+        arguments = inspect.signature(self.apply).parameters
+        for argument in self.covariates:
+            if argument not in arguments:
+                allowed = f"must be an argument of apply, which has {', '.join(arguments)}"
+                raise SpecificationError(f"effect {self.name}.covariates", argument, allowed)
+
+    def centred(self, tests: Sequence[BendingTest]) -> Effect:
+        """Return the effect with its covariates counted from their means over these tests.
+
+        Raises
+        ------
+        SpecificationError
+            If a covariate is no number of the specification.
+        """
+        means = {argument: self._mean(key, tests) for argument, key in self.covariates.items()}
+        return replace(self, apply=partial(self.apply, **means))
+
+    def _mean(self, key: str, tests: Sequence[BendingTest]) -> float:
+        values = [value_at(test, key) for test in tests]
+        for value in values:
+            if not isinstance(value, float):
+                allowed = f"must be the key of a number, but its value is {value!r}"
+                raise SpecificationError(f"effect {self.name}.covariates", key, allowed)
+        return float(np.mean(values))
 
 
 def load_effects(path: str | Path) -> dict[str, Effect]:

@@ -6,18 +6,29 @@ from ramiefenics.effects.base import Effect
 from ramiefenics.specification import BendingTest
 
 
-def _apply(test: BendingTest, amplitude: float) -> BendingTest:
-    total = test.stalk.stiffness_gradient_per_m + amplitude
-    return replace(test, stalk=replace(test.stalk, stiffness_gradient_per_m=total))
+def _apply(test: BendingTest, amplitude: float, reference_mm: float = 0.0) -> BendingTest:
+    if amplitude == 0.0:
+        return test
+    stalk = test.stalk
+    # what the stalk's own gradient, if it has one, makes of the moduli there
+    factor = replace(stalk, position_mm=reference_mm).stiffness_factor
+    stalk = replace(
+        stalk,
+        layers=tuple(replace(x, material=x.material.scaled(factor)) for x in stalk.layers),
+        stiffness_gradient_per_m=stalk.stiffness_gradient_per_m / factor + amplitude,
+        reference_position_mm=reference_mm,
+    )
+    return replace(test, stalk=stalk)
 
 
 STIFFNESS_GRADIENT = Effect(
     name="stiffness_gradient",
     physics="The moduli of all layers change in proportion to where the specimen was on the plant "
-    "(stalk.position_mm).",
+    "(stalk.position_mm), counted from the specimens' mean place.",
     reference="Speck and Rowe 1999, in The Evolution of Plant Architecture, 447-479",
     unit="1/m",
     bounds=(-1.0, 1.0),
     typical=0.25,
     apply=_apply,
+    covariates={"reference_mm": "stalk.position_mm"},
 )

@@ -7,15 +7,17 @@ import json
 from pathlib import Path
 from typing import Any
 
-from scipy.stats import t as student
+import numpy as np
 
 from ramiefenics.discovery import Discovery
+from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.verdict import Gain
 from ramiefenics.results.discovery_figures import (
     left_out_figure,
     residual_figure,
     suspects_figure,
 )
+from ramiefenics.results.discovery_findings import findings
 from ramiefenics.results.discovery_report import report
 from ramiefenics.results.draft import draft
 from ramiefenics.results.manifest import versions
@@ -57,28 +59,25 @@ def _gain(gain: Gain | None) -> dict[str, Any] | None:
         "rmse_after": gain.rmse_after_N,
         "ratio": gain.ratio,
         "interval": list(gain.interval),
+        "shown": gain.shown,
     }
 
 
 def summarise_discovery(found: Discovery) -> dict[str, Any]:
     """Return the verdict, its numbers and the manifest, ready for JSON."""
-    number = len(found.dataset.specimens)
-    wide = float(student.ppf(0.975, number - 1))  # the specimen is the unit
-    amplitudes = {}
-    for name in found.causes:
-        score, effect = found.scores[name], found.effects[name]
-        low, high = effect.bounds
-        amplitudes[name] = {
-            "value": score.amplitude,
-            "interval": [
-                max(score.amplitude - wide * score.error, low),
-                min(score.amplitude + wide * score.error, high),
-            ],
-            "unit": effect.unit,
+    amplitudes = {
+        name: {
+            "value": found.scores[name].amplitude,
+            "interval": list(found.interval(name)),
+            "unit": found.effects[name].unit,
         }
-    fitted = found.baseline if found.extended is None else found.extended
+        for name in found.causes
+    }
+    fitted = found.fitted
+    peak = found.observed.peak_N[:, None]
     return {
         "verdict": found.verdict,
+        "findings": findings(found),
         "causes": list(found.causes),
         "amplitudes": amplitudes,
         "explained": found.explained,
@@ -93,6 +92,7 @@ def summarise_discovery(found: Discovery) -> dict[str, Any]:
             factor.name: float(value)
             for factor, value in zip(fitted.curves.model.factors, fitted.log_factors, strict=True)
         },
+        "log_factors_over_sd": found.factor_moves,
         "scatter": dataclasses.asdict(fitted.fit.scatter),
         "specimens": [specimen.name for specimen in found.dataset.specimens],
         "range_mm": list(found.dataset.range_mm),
@@ -100,5 +100,13 @@ def summarise_discovery(found: Discovery) -> dict[str, Any]:
         "specification": to_dict(found.dataset.baseline),
         "simulations": found.simulations,
         "mesh": found.dataset.specimens[0].test.numerics.mesh.name,
+        "mesh_correction": _largest(fitted.curves.mesh_correction / peak),
+        "put_down_to_simulator": _largest(fitted.remaining()[1]),
         "versions": versions(),
     }
+
+
+def _largest(shares: Array) -> float:
+    """Return the mean over specimens, shape (n, m), where it is largest."""
+    mean = shares.mean(axis=0)
+    return float(mean[np.abs(mean).argmax()])

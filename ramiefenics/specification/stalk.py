@@ -60,8 +60,10 @@ class Stalk:
         Where on the plant midspan was, for instance its height above ground.
     stiffness_gradient_per_m
         Relative change of all moduli of all layers per metre of `position_mm`; the given ones are
-        those at 0. Within the specimen they are those of midspan: to first order the force does
-        not depend on what is stiffer on one side and softer on the other.
+        those at `reference_position_mm`. Within the specimen they are those of midspan: to first
+        order the force does not depend on what is stiffer on one side and softer on the other.
+    reference_position_mm
+        Where on the plant the moduli are the given ones.
     """
 
     length_mm: float
@@ -72,6 +74,7 @@ class Stalk:
     measured_at_mm: float = 0.0
     position_mm: float = 0.0
     stiffness_gradient_per_m: float = 0.0
+    reference_position_mm: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -97,7 +100,13 @@ class Stalk:
             inside = f"layers.{layer.name}.outer_diameter_mm"
         if self.section_height_mm is not None:
             check_number(self, "section_height_mm", above=0.0, unit="mm")
-        for name in ("taper", "measured_at_mm", "position_mm", "stiffness_gradient_per_m"):
+        for name in (
+            "taper",
+            "measured_at_mm",
+            "position_mm",
+            "stiffness_gradient_per_m",
+            "reference_position_mm",
+        ):
             check_number(self, name)
         if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
             raise SpecificationError(
@@ -107,7 +116,8 @@ class Stalk:
             raise SpecificationError(
                 "stiffness_gradient_per_m",
                 self.stiffness_gradient_per_m,
-                f"must leave positive moduli at position_mm = {self.position_mm:g}",
+                f"must leave positive moduli at position_mm = {self.position_mm:g}, which is "
+                f"{self.position_mm - self.reference_position_mm:g} mm from where they are given",
             )
 
     def scale_at(self, z_mm: float) -> float:
@@ -117,7 +127,8 @@ class Stalk:
     @property
     def stiffness_factor(self) -> float:
         """The moduli at midspan over the given ones."""
-        return 1.0 + self.stiffness_gradient_per_m * self.position_mm / 1000.0
+        metres = (self.position_mm - self.reference_position_mm) / 1000.0
+        return 1.0 + self.stiffness_gradient_per_m * metres
 
     @property
     def outer_diameter_mm(self) -> float:

@@ -1,0 +1,99 @@
+"""Discovery from folder to verdict, of stalks whose force is a closed formula."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ramiefenics as rf
+from ramiefenics.discovery.runs import Task
+from ramiefenics.discovery.synthetic import Secret, make_dataset
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+AT_MM = np.linspace(0.0, 16.0, 161)
+PARTS_N = {
+    ("xylem", "E_Z_MPa"): 20.0 * np.tanh(AT_MM / 3.0),
+    ("xylem", "E_X_MPa"): 2.0 * AT_MM,
+    ("phloem", "E_Z_MPa"): 40.0 * np.tanh(AT_MM / 8.0),
+    ("phloem", "E_X_MPa"): 25.0 * AT_MM / (AT_MM + 4.0),
+}
+"""What the moduli of a stalk like the published ones bear."""
+
+MESH_ERROR, ORDER = 0.08, 2.0
+"""Of the force at 14 mm where cells are 6 mm long, as in the recipe `screening`; of convergence."""
+
+GRADIENT = rf.EFFECTS["stiffness_gradient"]
+SUSPECTS = {GRADIENT.name: GRADIENT}
+
+
+class Formula:
+    """Stands in for `Runs`."""
+
+    asked = 0
+
+    def curves(self, tasks: Sequence[Task]) -> list[pd.DataFrame]:
+        return [self._curve(task) for task in tasks]
+
+    def _curve(self, task: Task) -> pd.DataFrame:
+        force = force_N(task.test)
+        slopes = {f.name: (force_N(f.apply(task.test, 0.01)) - force) / 0.01 for f in task.factors}
+        return pd.DataFrame({"displacement_mm": AT_MM, "force_N": force, **slopes})
+
+
+def force_N(test: rf.BendingTest) -> np.ndarray:
+    usual, own = (
+        {layer.name: layer.material.elastic for layer in stalk.layers}
+        for stalk in (rf.ramie(14.4, 7.4, 0.67).stalk, test.stalk)
+    )
+    shares = {k: getattr(own[k[0]], k[1]) / getattr(usual[k[0]], k[1]) for k in PARTS_N}
+    force = sum(share * PARTS_N[key] for key, share in shares.items())
+    cells = (test.numerics.mesh.contact_size_mm / 6.0) ** ORDER
+    return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * cells * AT_MM / 14.0) * force
+
+
+def discover(folder: Path, secret: Secret, seed: int, scale: float = 1.0) -> rf.Discovery:
+    """Make stalks with moduli known to 5 % and forces too high by a factor; discover."""
+    make_dataset(folder, secret, seed, Formula())
+    layout = folder / "dataset.toml"
+    layout.write_text(re.sub("fit_sd = .*", "fit_sd = 0.05", layout.read_text()))
+    for path in (folder / "curves").iterdir():
+        curve = pd.read_csv(path)
+        curve.assign(force_N=scale * curve["force_N"]).to_csv(path, index=False)
+    return rf.discover(folder, SUSPECTS, runs=Formula())
+
+
+@pytest.mark.slow
+def test_a_load_cell_that_reads_high_is_no_gradient(tmp_path: Path) -> None:
+    found = discover(tmp_path / "data", Secret(None), 3, scale=1.15)
+    assert found.causes == ()
+    rf.write_discovery(found, tmp_path / "found")
+    verdict = json.loads((tmp_path / "found" / "verdict.json").read_text())
+    far = [name for name, move in verdict["log_factors_over_sd"].items() if abs(move) > 2.0]
+    assert far  # 15 % is three times 5 %; more than one factor shares it
+    told = verdict["findings"][1]
+    assert all(name in told for name in far)
+    assert "load cell" in told
+    assert told in (tmp_path / "found" / "report.html").read_text().replace("&#x27;", "'")
+
+
+@pytest.mark.slow
+def test_a_gradient_is_counted_from_the_mean_place(tmp_path: Path) -> None:
+    found = discover(tmp_path / "data", Secret(GRADIENT, 0.25), 4)
+    assert found.verdict == "cause"
+    low, high = found.interval(GRADIENT.name)
+    assert low < 0.25 < high
+    places = [s.test.stalk.position_mm for s in found.dataset.specimens]
+    extended = found.extended_test().stalk
+    assert extended.reference_position_mm == pytest.approx(np.mean(places))
+    # a new specimen's moduli follow from its place and the file alone
+    amplitude = found.scores[GRADIENT.name].amplitude
+    higher = replace(extended, position_mm=extended.reference_position_mm + 100.0)
+    assert higher.stiffness_factor == pytest.approx(1.0 + 0.1 * amplitude)
