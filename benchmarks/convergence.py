@@ -70,7 +70,7 @@ mesh. First-order meshes lock in the bending of the crushed wall.
 
 Up to 4 mm of travel the second-order ladder is too coarse under the cylinders for an order to show:
 there its cells are 8 to 2.4 mm long, and the contact 2 to 4 mm. The first-order ladder's are 2 to
-0.56 mm. On `ladder_q2_3` with cells of 2 and of 1 mm there (`numerics.mesh.contact_size_mm`) the
+0.56 mm. On `ladder_q2_3` with cells of 2 and of 1 mm there (`numerics.mesh.contact_size`) the
 force at 4 mm is 55.9 and 56.0 N.
 
 """

@@ -32,8 +32,8 @@ def model(factor: float) -> BendingTest:
         "angular_elements": 2 * round(16 * factor),
         "wall_elements": round(5 * factor),
         "rind_elements": round(2 * factor),
-        "contact_size_mm": 0.6 / factor,
-        "coarse_size_mm": 1.8 / factor,
+        "contact_size": 0.006 / factor,
+        "coarse_size": 0.018 / factor,
     }
     settings = ["travel_mm=1", "save_every_mm=1"]
     return override(

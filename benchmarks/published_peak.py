@@ -50,8 +50,8 @@ OLD_MESHES = {
     "ladder_q1_1": ["numerics.mesh=ladder_q1_1"],
     "shorter": [
         "numerics.mesh=ladder_q1_1",
-        "numerics.mesh.contact_size_mm=1.5",
-        "numerics.mesh.coarse_size_mm=4.5",
+        "numerics.mesh.contact_size=0.015",
+        "numerics.mesh.coarse_size=0.045",
     ],
     "ladder_q1_2": ["numerics.mesh=ladder_q1_2"],
 }

@@ -36,8 +36,8 @@ def coarse(screening: BendingTest) -> BendingTest:
             "numerics.mesh=ladder_q1_1",
             "numerics.mesh.angular_elements=6",
             "numerics.mesh.wall_elements=1",
-            "numerics.mesh.contact_size_mm=2.0",
-            "numerics.mesh.coarse_size_mm=4.5",
+            "numerics.mesh.contact_size=0.02",
+            "numerics.mesh.coarse_size=0.045",
             "protocol.travel_mm=3.0",
         ],
     )

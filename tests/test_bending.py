@@ -11,6 +11,7 @@ from mpi4py import MPI
 from ramiefenics import BendingResult, BendingTest, override, published_test, simulate
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables
+from ramiefenics.model.tube import build_tube
 from ramiefenics.solve.quasistatic import Step
 
 
@@ -226,6 +227,31 @@ def test_variants_of_nitsches_method_agree(
     assert other.max_force_N == pytest.approx(simulate(coarse, MPI.COMM_SELF).max_force_N, rel=0.02)
     imbalance = (other.curve["force_N"] - other.curve["support_force_N"]).abs().max()
     assert imbalance < 1e-3 * other.max_force_N
+
+
+@pytest.mark.parametrize("radius", [2.0, 1.0, 0.5])
+def test_small_indenter_is_felt_and_presses_less(coarse: BendingTest, radius: float) -> None:
+    """On the coarsest mesh of second order, whose cells are far longer than the contact."""
+    changes = ["numerics.mesh=ladder_q2_1", "protocol.travel_mm=1.0"]
+    usual, small = (
+        simulate(override(coarse, [*changes, f"fixture.indenter_radius_mm={r}"]), MPI.COMM_SELF)
+        for r in (5.0, radius)
+    )
+    assert small.completed
+    # a knife's edge indents some per cent more than a cylinder
+    assert 0.75 < small.max_force_N / usual.max_force_N < 1.0
+    assert small.curve["penetration_mm"].max() < 0.05
+
+
+def test_unfelt_indenter_ends_the_run(coarse: BendingTest) -> None:
+    """A mesh of one's own, too coarse for the cylinder, whatever recipe the test names."""
+    blunt = override(coarse, ["numerics.mesh=ladder_q2_1", "numerics.mesh.contact_size=0.1"])
+    sharp = override(blunt, ["fixture.indenter_radius_mm=0.05"])
+    tube = build_tube(blunt, MPI.COMM_SELF)
+    result = simulate(sharp, MPI.COMM_SELF, tube=tube)
+    assert result.ending.kind == "physical"
+    assert "without force" in result.ending.reason
+    assert "contact_size" in result.ending.reason
 
 
 def test_same_run_gives_the_same_bits(coarse: BendingTest) -> None:

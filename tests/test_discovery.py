@@ -164,7 +164,7 @@ def test_finer_meshes_are_finer_all_over(name: str) -> None:
     recipe = rf.mesh_recipe(name)
     found = finer(recipe)
     assert found.order == recipe.order
-    assert found.contact_size_mm == pytest.approx(recipe.contact_size_mm / 1.5)
-    assert found.coarse_size_mm == pytest.approx(recipe.coarse_size_mm / 1.5)
+    assert found.contact_size == pytest.approx(recipe.contact_size / 1.5)
+    assert found.coarse_size == pytest.approx(recipe.coarse_size / 1.5)
     assert found.angular_elements > recipe.angular_elements
     assert found.wall_elements > recipe.wall_elements

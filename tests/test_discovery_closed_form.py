@@ -55,7 +55,7 @@ def force_N(test: rf.BendingTest) -> np.ndarray:
     )
     shares = {k: getattr(own[k[0]], k[1]) / getattr(usual[k[0]], k[1]) for k in PARTS_N}
     force = sum(share * PARTS_N[key] for key, share in shares.items())
-    cells = (test.numerics.mesh.contact_size_mm / 6.0) ** ORDER
+    cells = (test.numerics.mesh.contact_size / 0.06) ** ORDER
     return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * cells * AT_MM / 14.0) * force
 
 

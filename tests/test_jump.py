@@ -140,7 +140,7 @@ def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
 
 def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
     """The neo-Hookean law's phloem kinks, and gives way suddenly; when is a matter of the mesh."""
-    changes = ["law=neo_hookean", "numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size_mm=1.5"]
+    changes = ["law=neo_hookean", "numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size=0.015"]
     result = simulate(override(screening, changes), MPI.COMM_SELF)
     assert result.completed
     assert result.jumps

@@ -44,7 +44,7 @@ def test_second_order_tube_has_the_layers_volumes(
             f"numerics.domain={domain}",
             f"stalk.void_diameter_mm={void}",
             "numerics.mesh.order=2",
-            "numerics.mesh.contact_size_mm=4.0",
+            "numerics.mesh.contact_size=0.04",
         ],
     )
     tube = build_tube(test, MPI.COMM_SELF)
@@ -115,14 +115,35 @@ def test_fine_under_the_cylinders_and_coarse_between(coarse: BendingTest) -> Non
     recipe = coarse.numerics.mesh
     z = axial_positions(coarse)
     size, middle = np.diff(z), (z[1:] + z[:-1]) / 2
-    near = (middle < 0.8 * recipe.contact_zone_mm) | (
-        np.abs(middle - 50.0) < 0.8 * recipe.contact_zone_mm
-    )
-    assert size[near].max() <= recipe.contact_size_mm * 1.01
-    assert size.max() > 2.0 * recipe.contact_size_mm
-    assert size.max() <= recipe.coarse_size_mm * 1.01
+    zone = 100.0 * recipe.contact_zone  # of the span
+    near = (middle < 0.8 * zone) | (np.abs(middle - 50.0) < 0.8 * zone)
+    assert size[near].max() <= 100.0 * recipe.contact_size * 1.01
+    assert size.max() > 2.0 * 100.0 * recipe.contact_size
+    assert size.max() <= 100.0 * recipe.coarse_size * 1.01
     assert (z[0], z[-1]) == (0.0, 90.0)
     assert np.abs(z - 50.0).min() < 1e-12
+
+
+def test_cells_follow_the_shortest_of_span_diameter_and_radius(screening: BendingTest) -> None:
+    def longest_and_under(*changes: str) -> tuple[float, float]:
+        size = np.diff(axial_positions(override(screening, changes)))
+        return float(size.max()), float(size[0])
+
+    usual = longest_and_under()
+    # everything three times as large: the same mesh, three times as large
+    large = longest_and_under(
+        "stalk.layers.phloem.outer_diameter_mm=42.69",
+        "stalk.layers.xylem.outer_diameter_mm=38.52",
+        "stalk.void_diameter_mm=21.84",
+        "stalk.length_mm=540",
+        "fixture.span_mm=300",
+        "fixture.indenter_radius_mm=15",
+        "fixture.support_radius_mm=15",
+    )
+    assert large == pytest.approx([3 * length for length in usual], rel=1e-9)
+    sharp = longest_and_under("fixture.indenter_radius_mm=0.5")
+    assert sharp[1] <= 0.06 * 20 * 0.5 * (1 + 1e-9)
+    assert sharp[0] == pytest.approx(usual[0], rel=0.2)  # far from it as before
 
 
 def test_written_mesh_has_physical_names(screening: BendingTest, tmp_path: Path) -> None:

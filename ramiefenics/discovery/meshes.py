@@ -30,8 +30,8 @@ def finer(recipe: MeshRecipe) -> MeshRecipe:
         angular_elements=2 * max(1, round(recipe.angular_elements * FINER / 2.0)),
         wall_elements=max(1, int(recipe.wall_elements * FINER)),
         rind_elements=max(1, int(recipe.rind_elements * FINER)),
-        contact_size_mm=recipe.contact_size_mm / FINER,
-        coarse_size_mm=recipe.coarse_size_mm / FINER,
+        contact_size=recipe.contact_size / FINER,
+        coarse_size=recipe.coarse_size / FINER,
         # the ratio of neighbours, so that the whole layer keeps its grading
         bore_growth=recipe.bore_growth ** (1.0 / FINER),
         side_growth=recipe.side_growth ** (1.0 / FINER),

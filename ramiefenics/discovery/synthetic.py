@@ -27,10 +27,10 @@ MESH = MeshRecipe(
     wall_elements=3,
     bore_growth=1.3,
     rind_elements=1,
-    contact_size_mm=2.5,
-    contact_zone_mm=6.0,
+    contact_size=0.025,
+    contact_zone=0.06,
     growth=0.3,
-    coarse_size_mm=20.0,
+    coarse_size=0.2,
 )
 """Other meshes than `discover` uses, and finer: real stalks have none. At the ends of the range its
 forces are within 1 % of the recipe `fine`, between them within 0.5 %."""

@@ -141,6 +141,8 @@ class Contact:
         self.gamma = fem.Function(solid.cellwise, name="stabilisation")
         self._previous = fem.Function(solid.space)
         self._reach = fem.Constant(mesh, GAP_LIMIT * cell_thickness_mm)
+        self._height = {cylinder.name: cylinder.y_mm for cylinder in cylinders}  # last converged
+        self._rise = dict.fromkeys(self._height, 0.0)  # since then
         self._mark_cells()
         self._state()
         # the inverse inequality behind Nitsche's method scales with order^2 / thickness
@@ -263,6 +265,7 @@ class Contact:
         dy
             Its displacement from the last converged position along Y, mm.
         """
+        self._rise[name] = dy
         for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
             if cylinder.name == name:
                 axis = self._axis.x.array.reshape(-1, 2)
@@ -275,6 +278,12 @@ class Contact:
         self._memory.remember(self._present)
         self._previous.x.array[:] = self.solid.displacement.x.array
         self._motion.x.array[:] = 0.0
+        self._height = {name: y + self._rise[name] for name, y in self._height.items()}
+        self._rise = dict.fromkeys(self._height, 0.0)
+
+    def height(self, name: str) -> float:
+        """Return where a cylinder's axis is now along Y, mm."""
+        return self._height[name] + self._rise[name]
 
     def nodes(self) -> dict[str, NDArray[np.int32]]:
         """Return by cylinder the local nodes on which its forces act, those of its cells."""

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramiefenics.specification import BendingTest, MeshRecipe
+from ramiefenics.specification import BendingTest
+
+DIAMETERS, RADII = 9.0, 20.0
+"""The lengths that a recipe's are relative to, besides the span: in diameters of the stalk and,
+under a cylinder, in its radii. What varies along a stalk does so over the shortest of them. The
+published one, of 14.23 mm under cylinders of 5 mm, has a span of 100 mm, as long as either."""
 
 
 def axial_positions(test: BendingTest) -> NDArray[np.float64]:
@@ -17,26 +21,32 @@ def axial_positions(test: BendingTest) -> NDArray[np.float64]:
     Fine under the cylinders, coarser in between, by the recipe; from 0 to the end of the
     specimen on the quarter model, else mirrored to both sides.
     """
-    contacts = (0.0, test.fixture.span_mm / 2.0)
-    ends = (*contacts, test.stalk.length_mm / 2.0)
-    pieces = [
-        _graded(start, stop, contacts, test.numerics.mesh)
-        for start, stop in itertools.pairwise(ends)
-    ]
+    ends = (0.0, test.fixture.span_mm / 2.0, test.stalk.length_mm / 2.0)
+    pieces = [_graded(start, stop, test) for start, stop in itertools.pairwise(ends)]
     z = np.concatenate([pieces[0], pieces[1][1:]])
     return z if test.numerics.domain == "quarter" else np.concatenate([-z[:0:-1], z])
 
 
-def _graded(
-    start: float, stop: float, contacts: Sequence[float], recipe: MeshRecipe
-) -> NDArray[np.float64]:
+def _graded(start: float, stop: float, test: BendingTest) -> NDArray[np.float64]:
     """Divide an interval so that element lengths follow the recipe's size function."""
     z = np.linspace(start, stop, 2001)
-    distance = np.min([np.abs(z - contact) for contact in contacts], axis=0)
-    size = recipe.contact_size_mm + recipe.growth * np.maximum(
-        distance - recipe.contact_zone_mm, 0.0
-    )
-    density = 1.0 / np.minimum(size, recipe.coarse_size_mm)
+    density = 1.0 / _element_length(z, test)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))])
     elements = max(1, int(np.ceil(count[-1] - 1e-9)))
     return np.interp(np.linspace(0.0, count[-1], elements + 1), count, z)
+
+
+def _element_length(z: NDArray[np.floating], test: BendingTest) -> NDArray[np.float64]:
+    """Return the wanted length of the elements at Z >= 0, mm."""
+    recipe, fixture, stalk = test.numerics.mesh, test.fixture, test.stalk
+    shortest = min(fixture.span_mm, DIAMETERS * min(stalk.outer_diameter_mm, stalk.height_mm))
+    length = np.full_like(z, recipe.coarse_size * shortest)
+    cylinders = (
+        (0.0, fixture.indenter_radius_mm),
+        (fixture.span_mm / 2, fixture.support_radius_mm),
+    )
+    for at, radius in cylinders:
+        beyond = np.maximum(np.abs(z - at) - recipe.contact_zone * shortest, 0.0)
+        under = recipe.contact_size * min(shortest, RADII * radius)
+        length = np.minimum(length, under + recipe.growth * beyond)
+    return length

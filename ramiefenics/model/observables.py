@@ -15,6 +15,9 @@ from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
 from ramiefenics.model.tube import SURFACES
 
+UNFELT_MM = 0.1
+"""A cylinder that is so deep inside the stalk without force has not been noticed by the mesh."""
+
 
 @dataclass(frozen=True)
 class Observables:
@@ -36,6 +39,8 @@ class Observables:
     overhang_mm
         Least length of stalk along Z, on its lower side, left beyond the middle of the contact with
         a support; NaN if a support has no contact.
+    penetration_mm
+        How far, along Y, the front of a cylinder is beyond a corner of the mesh, at the most.
     stored_energy_Nmm, friction_work_Nmm
         Elastic energy; work done against friction so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
@@ -53,6 +58,7 @@ class Observables:
     section_width_mm: float
     void_height_mm: float
     overhang_mm: float
+    penetration_mm: float
     stored_energy_Nmm: float
     friction_work_Nmm: float
     min_volume_ratio: float
@@ -65,6 +71,12 @@ class Observables:
             return "the void has closed at midspan, and the model has no contact inside it"
         if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
+        if self.force_N <= 0.0 and self.penetration_mm > UNFELT_MM:
+            return (
+                f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm without force, "
+                "as no quadrature point of the mesh has met it; numerics.mesh.contact_size must be "
+                "smaller"
+            )
         return None
 
 
@@ -92,6 +104,11 @@ class Observer:
         self._moved = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
         self._section = self._on_section("outer")
         self._bore = self._on_section("inner")
+        dim = mesh.topology.dim
+        self._facing = [
+            (cylinder, fem.locate_dofs_topological(self._vertices, dim - 1, cylinder.facets))
+            for cylinder in problem.contact.cylinders
+        ]
         self._end = (0.5 - 1e-6) * problem.test.stalk.length_mm
         self._has_void = problem.test.stalk.void_diameter_mm > 0.0
 
@@ -133,6 +150,7 @@ class Observer:
             section_width_mm=section[0] * (2.0 if mirrored[0] else 1.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
             overhang_mm=self._overhang(position, sums),
+            penetration_mm=self._penetration(position),
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
             min_volume_ratio=self._least(self.material.volume_ratio),
@@ -174,6 +192,17 @@ class Observer:
             middle = sums[name].first_mm3[1] / sums[name].area_mm2
             left.append((side * (end - middle)).min(initial=np.inf))
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
+
+    def _penetration(self, position: NDArray[np.float64]) -> float:
+        """Return how far any cylinder's front is beyond the vertices that it faces."""
+        deepest = 0.0
+        for cylinder, vertices in self._facing:
+            y, z = position[vertices, 1:].T
+            squared = cylinder.radius_mm**2 - (z - cylinder.z_mm) ** 2
+            front, side = np.sqrt(np.maximum(squared, 0.0)), np.sign(cylinder.y_mm)
+            depth = front + side * (y - self.problem.contact.height(cylinder.name))
+            deepest = max(deepest, float(np.max(depth[squared >= 0.0], initial=0.0)))
+        return float(self.problem.tube.mesh.comm.allreduce(deepest, op=MPI.MAX))
 
     def _in_middle(self) -> NDArray[np.bool_]:
         """Mark the bore's vertices near X = 0, where roof and floor would meet first."""

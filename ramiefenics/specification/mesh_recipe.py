@@ -11,6 +11,9 @@ from pathlib import Path
 from ramiefenics.specification.checks import check_choice, check_integer, check_number
 from ramiefenics.specification.errors import SpecificationError
 
+LONGEST_UNDER_A_CYLINDER = 0.1
+"""Longest `MeshRecipe.contact_size`, two radii: a longer cell may miss the cylinder."""
+
 
 @dataclass(frozen=True)
 class MeshRecipe:
@@ -31,14 +34,16 @@ class MeshRecipe:
         one each (a solid core is cut by its own block on top of it).
     rind_elements
         Elements through the outermost layer.
-    contact_size_mm
-        Element length along Z under the cylinders.
-    contact_zone_mm
-        Half length of the zone with that element length around each cylinder.
+    contact_size
+        Element length along Z under a cylinder, relative to the shortest of the span, 9 diameters
+        and 20 radii of the cylinder.
+    contact_zone
+        Half length of the zone with that element length around each cylinder, relative to the
+        shorter of the span and 9 diameters.
     growth
-        Element length gained per mm of distance from the nearest zone.
-    coarse_size_mm
-        Largest element length along Z.
+        Element length gained per length of distance from the nearest zone.
+    coarse_size
+        Largest element length along Z, relative to the shorter of the span and 9 diameters.
     bore_growth, side_growth
         Ratio of an element to the one before, going outward from the bore through each layer, and
         from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom.
@@ -51,10 +56,10 @@ class MeshRecipe:
     angular_elements: int
     wall_elements: int
     rind_elements: int
-    contact_size_mm: float
-    contact_zone_mm: float
+    contact_size: float
+    contact_zone: float
     growth: float
-    coarse_size_mm: float
+    coarse_size: float
     bore_growth: float = 1.0
     side_growth: float = 1.0
     serendipity: bool = False
@@ -68,10 +73,10 @@ class MeshRecipe:
             raise SpecificationError("angular_elements", self.angular_elements, "must be even")
         check_integer(self, "wall_elements", 1)
         check_integer(self, "rind_elements", 1)
-        check_number(self, "contact_size_mm", above=0.0, unit="mm")
-        check_number(self, "contact_zone_mm", at_least=0.0, unit="mm")
+        check_number(self, "contact_size", above=0.0, at_most=LONGEST_UNDER_A_CYLINDER)
+        check_number(self, "contact_zone", at_least=0.0)
         check_number(self, "growth", at_least=0.0)
-        check_number(self, "coarse_size_mm", at_least=self.contact_size_mm, unit="mm")
+        check_number(self, "coarse_size", at_least=self.contact_size)
         check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
         check_number(self, "side_growth", at_least=1.0, at_most=3.0)
         check_choice(self, "serendipity", (False, True))

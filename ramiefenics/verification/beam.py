@@ -124,8 +124,8 @@ def deflection(wavelength_mm: float) -> tuple[float, float]:
             f"stalk.length_mm={2 * quarter}",
             f"fixture.span_mm={1.2 * quarter}",
             "numerics.mesh=ladder_q2_2",
-            f"numerics.mesh.contact_size_mm={quarter / 16}",
-            f"numerics.mesh.coarse_size_mm={quarter / 16}",
+            f"numerics.mesh.contact_size={1 / 1.2 / 16}",
+            f"numerics.mesh.coarse_size={1 / 1.2 / 16}",
         ],
     )
     tube = build_tube(test, MPI.COMM_SELF)
