@@ -12,6 +12,12 @@ def _start() -> None:
     # other end of a socket or a pipe is closed. Where PETSc has been started before, by the user,
     # this does nothing.
     petsc4py.init(["ramiefenics", "-no_signal_handler"])
+    from petsc4py import PETSc
+
+    # PETSc's vectors are not to be summed by BLAS's matrix-vector products, whose rounding depends
+    # on where in memory the numbers happen to be: the same run would differ from time to time.
+    for name in ("vec_mdot_use_gemv", "vec_maxpy_use_gemv"):
+        PETSc.Options()[name] = False
     shown_by = warnings.showwarning
     import ffcx  # noqa: F401
 

@@ -172,13 +172,7 @@ class _Product:
 
 
 def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
-    """Return GMRES, preconditioned from the right: its residual is that of the equations.
-
-    PETSc's vectors are told not to sum by BLAS's matrix-vector products, whose rounding depends on
-    where in memory the numbers happen to be: the same run would differ from time to time.
-    """
-    for name in ("vec_mdot_use_gemv", "vec_maxpy_use_gemv"):
-        PETSc.Options()[name] = False
+    """Return GMRES, preconditioned from the right: its residual is that of the equations."""
     solver = PETSc.KSP().create(comm)
     solver.setType("gmres")
     solver.setGMRESRestart(restart)
