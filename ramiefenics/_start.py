@@ -16,8 +16,10 @@ def _start() -> None:
 
     # PETSc's vectors are not to be summed by BLAS's matrix-vector products, whose rounding depends
     # on where in memory the numbers happen to be: the same run would differ from time to time.
+    options = PETSc.Options()
     for name in ("vec_mdot_use_gemv", "vec_maxpy_use_gemv"):
-        PETSc.Options()[name] = False
+        options[name] = False
+        options.getBool(name)  # else PETSc complains at the end of a process that made no vector
     shown_by = warnings.showwarning
     import ffcx  # noqa: F401
 

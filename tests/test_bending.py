@@ -245,7 +245,7 @@ def test_small_indenter_is_felt_and_presses_less(coarse: BendingTest, radius: fl
 
 def test_unfelt_indenter_ends_the_run(coarse: BendingTest) -> None:
     """A mesh of one's own, too coarse for the cylinder, whatever recipe the test names."""
-    blunt = override(coarse, ["numerics.mesh=ladder_q2_1", "numerics.mesh.contact_size=0.1"])
+    blunt = override(coarse, ["numerics.mesh=ladder_q2_1", "numerics.mesh.contact_size=0.09"])
     sharp = override(blunt, ["fixture.indenter_radius_mm=0.05"])
     tube = build_tube(blunt, MPI.COMM_SELF)
     result = simulate(sharp, MPI.COMM_SELF, tube=tube)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import csv
+import dataclasses
 import difflib
 import functools
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ramiefenics.specification.checks import check_choice, check_integer, check_number
 from ramiefenics.specification.errors import SpecificationError
 
-LONGEST_UNDER_A_CYLINDER = 0.1
+LONGEST_UNDER_A_CYLINDER = 0.09
 """Longest `MeshRecipe.contact_size`, two radii: a longer cell may miss the cylinder."""
 
 
@@ -24,7 +27,7 @@ class MeshRecipe:
     Attributes
     ----------
     name
-        The recipe's name.
+        The recipe's name; ``custom`` if a value differs from the recipe of that name.
     order
         Polynomial order of displacement and geometry, 1 or 2.
     angular_elements
@@ -36,7 +39,7 @@ class MeshRecipe:
         Elements through the outermost layer.
     contact_size
         Element length along Z under a cylinder, relative to the shortest of the span, 9 diameters
-        and 20 radii of the cylinder.
+        and 22 radii of the cylinder.
     contact_zone
         Half length of the zone with that element length around each cylinder, relative to the
         shorter of the span and 9 diameters.
@@ -82,6 +85,18 @@ class MeshRecipe:
         check_choice(self, "serendipity", (False, True))
         if self.serendipity and self.order == 1:
             raise SpecificationError("serendipity", True, "is for order 2 only")
+        if self.name in recipe_names():
+            recipe = _defaults() | _read(self.name)
+            if any(getattr(self, key) != value for key, value in recipe.items()):
+                object.__setattr__(self, "name", "custom")
+
+    @property
+    def max_force_error(self) -> float | None:
+        """Relative error that the recipe makes in the maximum force, None where not measured.
+
+        The largest on three specimens, in `meshes/errors.csv`.
+        """
+        return _errors().get(self.name)
 
 
 def recipe_folder() -> Path:
@@ -109,6 +124,21 @@ def mesh_recipe(name: str) -> MeshRecipe:
         raise SpecificationError(
             "", name, f"is no mesh recipe{hint}; known: {', '.join(recipe_names())}"
         )
+    return MeshRecipe(name=name, **_read(name))
+
+
+@functools.cache
+def _read(name: str) -> dict[str, Any]:
     with (recipe_folder() / f"{name}.toml").open("rb") as stream:
-        data = tomllib.load(stream)
-    return MeshRecipe(name=name, **data)
+        return tomllib.load(stream)
+
+
+def _defaults() -> dict[str, Any]:
+    fields = [f for f in dataclasses.fields(MeshRecipe) if f.name != "name"]
+    return {f.name: f.default for f in fields if f.default is not dataclasses.MISSING}
+
+
+@functools.cache
+def _errors() -> dict[str, float]:
+    with (recipe_folder() / "errors.csv").open() as stream:
+        return {row["recipe"]: float(row["max_force_error"]) for row in csv.DictReader(stream)}
