@@ -213,7 +213,7 @@ def errors(record: Mapping[str, Mapping[str, Any]]) -> str:
 def write_readme(text: str) -> None:
     """Put the table of errors between its marks in `meshes/README.md`."""
     path = DOCS.parent / "meshes" / "README.md"
-    marks = r"(<!-- made by benchmarks/convergence.py -->\n).*(<!-- end -->)"
+    marks = r"(<!-- made by benchmarks/convergence.py -->\n).*?(<!-- end -->)"
     changed, found = re.subn(marks, rf"\g<1>{text}\g<2>", path.read_text(), flags=re.DOTALL)
     assert found == 1
     path.write_text(changed)

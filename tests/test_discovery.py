@@ -45,6 +45,7 @@ def sealed(rng: np.random.Generator) -> list[Secret]:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("number", range(4))
 def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     secret = sealed(np.random.default_rng(SEED))[number]
@@ -81,6 +82,7 @@ def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_gain_of_a_gradient_vanishes_when_positions_are_permuted(tmp_path: Path) -> None:
     gradient = rf.EFFECTS["stiffness_gradient"]
     suspects = {gradient.name: gradient}

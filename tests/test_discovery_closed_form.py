@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,3 +97,64 @@ def test_a_gradient_is_counted_from_the_mean_place(tmp_path: Path) -> None:
     amplitude = found.scores[GRADIENT.name].amplitude
     higher = replace(extended, position_mm=extended.reference_position_mm + 100.0)
     assert higher.stiffness_factor == pytest.approx(1.0 + 0.1 * amplitude)
+
+
+GAP, COMPLIANCE = rf.EFFECTS["seating_gap"], rf.EFFECTS["machine_compliance"]
+MOUNTING = replace(COMPLIANCE, name="soft_mounting")
+
+
+def discover_among(folder: Path, *suspects: rf.Effect) -> rf.Discovery:
+    return rf.discover(folder, {effect.name: effect for effect in suspects}, runs=Formula())
+
+
+def change_curves(folder: Path, names: Sequence[str], by: Callable[[np.ndarray], np.ndarray]):
+    for name in names:
+        path = folder / "curves" / name
+        curve = pd.read_csv(path)
+        share = by(curve["displacement_mm"].to_numpy())
+        curve.assign(force_N=curve["force_N"] * share).to_csv(path, index=False)
+
+
+def test_nothing_hidden_is_nothing_found(tmp_path: Path) -> None:
+    make_dataset(tmp_path, Secret(None), 21, Formula())
+    found = discover_among(tmp_path, GAP, COMPLIANCE)
+    assert found.verdict == "none"
+    assert found.causes == ()
+    assert found.extended is None
+
+
+def test_a_hidden_gap_is_the_cause(tmp_path: Path) -> None:
+    make_dataset(tmp_path, Secret(GAP, 0.5), 22, Formula())
+    found = discover_among(tmp_path, GAP, COMPLIANCE)
+    assert found.verdict == "cause"
+    assert found.causes == (GAP.name,)
+    low, high = found.interval(GAP.name)
+    assert low < 0.5 < high
+    assert found.shape_gain is not None
+    assert found.shape_gain.shown
+
+
+def test_two_names_of_one_thing_are_not_told_apart(tmp_path: Path) -> None:
+    make_dataset(tmp_path, Secret(COMPLIANCE, 0.02), 23, Formula())
+    found = discover_among(tmp_path, GAP, COMPLIANCE, MOUNTING)
+    assert found.verdict == "ambiguous"
+    assert set(found.causes) == {COMPLIANCE.name, MOUNTING.name}
+
+
+def test_what_no_suspect_explains_is_unknown(tmp_path: Path) -> None:
+    """Forces that swing by a twentieth along the curve, in all specimens."""
+    make_dataset(tmp_path, Secret(None), 24, Formula())
+    names = [path.name for path in (tmp_path / "curves").iterdir()]
+    change_curves(tmp_path, names, lambda d: 1.0 + 0.05 * np.sin(2.0 * np.pi * d / 7.0))
+    found = discover_among(tmp_path, GAP, COMPLIANCE)
+    assert found.verdict == "unknown"
+    assert found.misfit_p_value < 0.001
+
+
+def test_one_specimen_badly_seated_is_no_cause(tmp_path: Path) -> None:
+    make_dataset(tmp_path, Secret(None), 25, Formula())
+    first = sorted(path.name for path in (tmp_path / "curves").iterdir())[0]
+    change_curves(tmp_path, [first], lambda d: np.clip(1.0 - 1.5 / np.maximum(d, 1e-9), 0.0, 1.0))
+    found = discover_among(tmp_path, GAP, COMPLIANCE)
+    assert GAP.name not in found.causes
+    assert "one specimen" in found.scores[GAP.name].reason

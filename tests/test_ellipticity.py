@@ -73,6 +73,7 @@ def test_svk_loses_ellipticity_before_stretch_one_over_root_three() -> None:
     assert state.principal_stretch == pytest.approx(-0.2)
 
 
+@pytest.mark.slow
 def test_search_finds_what_brute_force_finds() -> None:
     """On tangents of the default law in the phloem, random, sheared and crushed states."""
     rng = np.random.default_rng(7)

@@ -99,6 +99,7 @@ def test_bounds_of_amplitudes_are_kept(curves):
     assert evidence.fit(signature, (0.0, 1.0)).amplitude == 0.0
 
 
+@pytest.mark.slow
 def test_chance_is_uniform_where_there_is_nothing(curves):
     """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""
     by_factors, nuisance, signature = curves

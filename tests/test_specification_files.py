@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from pathlib import Path
 
@@ -185,4 +186,5 @@ def test_specification_printed_is_the_one_that_runs(
 
 def test_error_names_field_value_and_remedy() -> None:
     error = SpecificationError("span_mm", 3, "must be above 20 mm").inside("fixture")
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # as workers send it
     assert str(error) == "fixture.span_mm = 3 must be above 20 mm."

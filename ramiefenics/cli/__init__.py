@@ -150,8 +150,17 @@ def _report(result: BendingResult, folder: Path) -> None:
     typer.echo(
         f"{'force maximum' if peak.inside else 'force still rising at the end,'} "
         f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
-        f"{peak.plateau_mm[0]:.2f} to {peak.plateau_mm[1]:.2f} mm; by the steps uncertain by "
-        f"{peak.step_error_N:.2g} N; slope {result.slope_N_per_mm:.2f} N/mm"
+        f"{peak.plateau_mm[0]:.2f} to {peak.plateau_mm[1]:.2f} mm; slope "
+        f"{result.slope_N_per_mm:.2f} N/mm"
+    )
+    mesh = result.mesh_error_N
+    typer.echo(
+        f"error of the maximum: {peak.step_error_N:.2g} N by the steps, "
+        + (
+            "unknown by the mesh, which is no recipe's (see ramiefenics converge)"
+            if mesh is None
+            else f"about {mesh:.2g} N by the mesh, as on other specimens (meshes/README.md)"
+        )
     )
     typer.echo(
         f"{statistics.dofs} unknowns, {statistics.steps} steps, "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +20,9 @@ from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.specification import BendingTest, Machine, SpecificationError
+
+POINTS_OF_A_LINE = 21
+"""On predicted curves, around every displacement."""
 
 DERIVATIVE_SHARE = 0.25
 """Step, over the typical amplitude, of an effect's derivative at an amplitude other than zero."""
@@ -55,9 +57,29 @@ def observe(dataset: Dataset) -> Observed:
     """
     dataset.check_starts()
     at = dataset.at_mm
-    half = float(at[1] - at[0]) / 2.0
+    half = _half(at)
     force = np.array([[level(s.curve, d, half) for d in at] for s in dataset.specimens])
     return Observed(at, force, force.max(axis=1))
+
+
+def _half(at_mm: Array) -> float:
+    """Return how far around a displacement points of a curve count there, mm."""
+    return float(at_mm[1] - at_mm[0]) / 2.0
+
+
+def _reading(at_mm: Array) -> tuple[Array, Array]:
+    """Return where to evaluate predicted curves, and weights, shape (m, points).
+
+    Together they put a straight line through the points around each displacement, as is done with
+    measured curves: at a kink, such as the end of a gap, that is not the curve's own value.
+    """
+    offsets = _half(at_mm) * np.linspace(-1.0, 1.0, POINTS_OF_A_LINE)
+    inside = at_mm[:, None] + offsets <= at_mm[-1] + 1e-9
+    number = inside.sum(axis=1, keepdims=True)
+    middle = (inside * offsets).sum(axis=1, keepdims=True) / number
+    around = inside * (offsets - middle)
+    weights = inside / number - middle * around / (around**2).sum(axis=1, keepdims=True)
+    return np.minimum(at_mm[:, None] + offsets, at_mm[-1]), weights
 
 
 @dataclass(frozen=True)
@@ -125,7 +147,9 @@ class Simulator:
     """Predicts what a data set's machine records.
 
     Real stalks have no mesh: all forces are extrapolated to vanishing cells, by what a finer mesh
-    changes of every specimen as specified, relatively and at the same place of the indenter.
+    changes of every specimen as specified, relatively and at the same place of the indenter. What
+    an effect adds to that change is found on the first specimen, and is in proportion to the
+    amplitude.
 
     Parameters
     ----------
@@ -140,7 +164,9 @@ class Simulator:
     def __init__(self, dataset: Dataset, at_mm: Array, runs: Runs) -> None:
         self._specimens = dataset.specimens
         self._at = at_mm
+        self._points_mm, self._weights = _reading(at_mm)
         self._runs = runs
+        self._by_effect: dict[str, Array] = {}
 
     def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> Task:
         travel = float(self._at[-1])
@@ -165,17 +191,20 @@ class Simulator:
         tasks = [self._task(test, model.factors) for test in tests]
         # the longest first, so that all workers end together
         done = self._runs.curves([*tasks, *map(self._task, beside)])
-        raw = self._predictions(tests, done[: len(tests)])
-        done = self._extrapolated(done)
-        curves, moved = done[: len(tests)], done[len(tests) :]
+        raw, moved = done[: len(tests)], done[len(tests) :]
+        curves = self._extrapolated(raw, model.effect, model.amplitude)
         force = self._predictions(tests, curves)
         slopes, by_mesh = [], []
         for test, curve, deviations in zip(tests, curves, self._mesh_deviations, strict=True):
             slopes.append([self._slope(test, curve, curve[f.name]) for f in model.factors])
             wrong = [np.interp(curve["displacement_mm"], self._at, d) for d in deviations]
             by_mesh.append([self._slope(test, curve, curve["force_N"] * error) for error in wrong])
-        by_effect = (self._predictions(beside, moved) - force) / step if beside else None
-        return Linearised(model, force, force - raw, np.array(slopes), np.array(by_mesh), by_effect)
+        by_effect = None
+        if beside:
+            moved = self._extrapolated(moved, model.effect, model.amplitude + step)
+            by_effect = (self._predictions(beside, moved) - force) / step
+        by_cells = force - self._predictions(tests, raw)
+        return Linearised(model, force, by_cells, np.array(slopes), np.array(by_mesh), by_effect)
 
     @cached_property
     def _mesh_changes(self) -> Array:
@@ -184,10 +213,22 @@ class Simulator:
         At displacements of the indenter: what machine and seating make of them, they make of the
         forces.
         """
-        plain = [dataclasses.replace(s.test, machine=Machine()) for s in self._specimens]
-        tests = [*plain, *(on_mesh(test, finer(test.numerics.mesh)) for test in plain)]
-        curves = self._runs.curves([*map(self._task, tests)])
-        coarse, fine = np.split(self._predictions(tests, curves), 2)
+        return self._changes_of([s.test for s in self._specimens])
+
+    def _change_by(self, effect: Effect) -> Array:
+        """Return what an effect adds to the first specimen's change, per amplitude, shape (m,)."""
+        if effect.name not in self._by_effect:
+            changed = effect.apply(self._specimens[0].test, effect.typical)
+            more = self._changes_of([changed])[0] - self._mesh_changes[0]
+            self._by_effect[effect.name] = more / effect.typical
+        return self._by_effect[effect.name]
+
+    def _changes_of(self, tests: Sequence[BendingTest]) -> Array:
+        """Return relative changes of forces on a finer mesh, shape (len(tests), m)."""
+        plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
+        finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
+        curves = self._runs.curves([*map(self._task, [*plain, *finely])])
+        coarse, fine = np.split(self._predictions([*plain, *finely], curves), 2)
         return np.where(coarse > 0.0, fine / np.where(coarse > 0.0, coarse, 1.0) - 1.0, 0.0)
 
     @property
@@ -201,10 +242,14 @@ class Simulator:
         modes /= np.sqrt((modes**2).sum(axis=1).mean())
         return limit()[1] * modes * self._mesh_changes[:, None]
 
-    def _extrapolated(self, curves: Sequence[pd.DataFrame]) -> list[pd.DataFrame]:
-        """Return curves of all specimens, once or several times over, for vanishing cells."""
-        found = []
-        for curve, change in zip(curves, itertools.cycle(self._mesh_changes), strict=False):
+    def _extrapolated(
+        self, curves: Sequence[pd.DataFrame], effect: Effect | None, amplitude: float
+    ) -> list[pd.DataFrame]:
+        """Return the curves of all specimens for vanishing cells."""
+        changes, found = self._mesh_changes, []
+        if effect is not None:
+            changes = changes + amplitude * self._change_by(effect)
+        for curve, change in zip(curves, changes, strict=True):
             at = curve["displacement_mm"].to_numpy()
             factor = 1.0 + limit()[0] * np.interp(at, self._at, change)
             forces = curve.drop(columns="displacement_mm").mul(factor, axis=0)
@@ -221,17 +266,23 @@ class Simulator:
         """
         model = dataclasses.replace(base.model, effect=effect)
         tests = [model.test(s.test, effect.typical) for s in self._specimens]
-        curves = self._extrapolated(self._runs.curves([*map(self._task, tests)]))
+        curves = self._runs.curves([*map(self._task, tests)])
+        curves = self._extrapolated(curves, effect, effect.typical)
         return (self._predictions(tests, curves) - base.force) / effect.typical
 
     def _predictions(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
-        return np.array([recorded(t, c, self._at) for t, c in zip(tests, curves, strict=True)])
+        return np.array([self._read(t, c) for t, c in zip(tests, curves, strict=True)])
+
+    def _read(self, test: BendingTest, curve: pd.DataFrame) -> Array:
+        """Read the force off a simulated curve as off a measured one, N, shape (m,)."""
+        points = recorded(test, curve, self._points_mm.ravel()).reshape(self._weights.shape)
+        return np.asarray((self._weights * points).sum(axis=1))
 
     def _slope(self, test: BendingTest, curve: pd.DataFrame, change: pd.Series) -> Array:
         """Return what a small change of the indenter's forces makes of the recorded ones."""
         small = 1e-3
         moved = curve.assign(force_N=curve["force_N"] + small * change)
-        return (recorded(test, moved, self._at) - recorded(test, curve, self._at)) / small
+        return (self._read(test, moved) - self._read(test, curve)) / small
 
 
 def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:

@@ -16,12 +16,15 @@ The common parts bind the specimens together: it is their number, not that of po
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from ramiefenics.discovery.whitening import Whitening
 
 Array = NDArray[np.floating[Any]]
 
@@ -155,18 +158,51 @@ class Evidence:
         likelihoods, amplitudes = np.empty(shape), np.empty(shape)
         squares = np.empty(shape[:2])
         low, high = np.array(limits, dtype=float).T[..., None]
-        for index, scatter in enumerate(scatters):
-            own, common, volume = self._reduce(scatter)
-            flat, onto = self._project(own, common, vectors)
-            x, y = flat[:, :number], flat[:, number:]
-            u, v = onto[:, :number], onto[:, number:]
-            square = (x**2).sum(axis=0) - (u**2).sum(axis=0)
-            product = x.T @ y - u.T @ v
-            rest = (y**2).sum(axis=0) - (v**2).sum(axis=0)
-            a = np.clip(product / np.maximum(square, 1e-300)[:, None], low, high)
-            likelihoods[index] = a * product - 0.5 * a**2 * square[:, None] - 0.5 * rest - volume
-            amplitudes[index], squares[index] = a, square
+        for length in {scatter.length for scatter in scatters}:
+            products = self._products(length, vectors, number)
+            for index, scatter in enumerate(scatters):
+                if scatter.length != length:
+                    continue
+                square, product, rest, volume = products(scatter)
+                a = np.clip(product / np.maximum(square, 1e-300)[:, None], low, high)
+                fits = a * product - 0.5 * a**2 * square[:, None] - 0.5 * rest
+                likelihoods[index] = fits - volume
+                amplitudes[index], squares[index] = a, square
         return likelihoods, amplitudes, squares
+
+    def _products(
+        self, length: float, vectors: Array, number: int
+    ) -> Callable[[Scatter], tuple[Array, Array, Array, float]]:
+        """Return a function of scatters with that length of correlation.
+
+        It gives products by the inverse covariance: of each of the first vectors with itself and
+        with all others, of each of the others with itself; and half the covariance's logarithmic
+        determinant.
+        """
+        whitening = Whitening(self._noise(length), self._J)
+        common, given = whitening.columns(self._common), whitening.columns(vectors)
+        x, y = given.white[:, :number], given.white[:, number:]
+        own_x, own_y = given.own[:, :number], given.own[:, number:]
+        inner, onto = common.white.T @ common.white, common.white.T @ given.white
+        squares, both, rests = (x**2).sum(axis=0), x.T @ y, (y**2).sum(axis=0)
+
+        def products(scatter: Scatter) -> tuple[Array, Array, Array, float]:
+            scales = whitening.scales(scatter.tau, scatter.sigma)
+            weighted, variance = scales.weight * common.own, scales.sigma**2
+            gram = np.eye(len(inner)) + (inner - weighted.T @ common.own) / variance
+            root = np.linalg.cholesky(gram)
+            shared = (onto - weighted.T @ given.own) / variance
+            taken = solve_triangular(root, shared, lower=True, check_finite=False)
+            u, v = taken[:, :number], taken[:, number:]
+            weighted_x = scales.weight * own_x
+            square = (squares - (weighted_x * own_x).sum(axis=0)) / variance - (u**2).sum(axis=0)
+            product = (both - weighted_x.T @ own_y) / variance - u.T @ v
+            own_rests = (scales.weight * own_y**2).sum(axis=0)
+            rest = (rests - own_rests) / variance - (v**2).sum(axis=0)
+            volume = scales.half_log_determinant + np.log(np.diagonal(root)).sum()
+            return square, product, rest, float(volume)
+
+        return products
 
     def products(self, scatter: Scatter, vectors: Array) -> Array:
         """Return all products of vectors, shape (E, n, m), by the inverse covariance."""
@@ -244,14 +280,17 @@ class Evidence:
         noise = own @ rng.standard_normal((*self.residual.shape[:2], number))
         return noise + self._common @ rng.standard_normal((self._common.shape[2], number))
 
+    def _noise(self, length: float) -> Array:
+        """Return the noise's covariance over sigma^2, shape (m, m)."""
+        return np.asarray(np.exp(-self._distance / length) + WHITE**2 * np.eye(len(self._distance)))
+
     def _reduce(self, scatter: Scatter) -> tuple[Array, Array, float]:
         """Return what the inverse of the covariance needs.
 
         That is the root of every specimen's own part, the common columns whitened by it, and half
         the logarithm of the determinant of the whole.
         """
-        noise = np.exp(-self._distance / scatter.length) + WHITE**2 * np.eye(len(self._distance))
-        own = scatter.sigma**2 * noise + scatter.tau**2 * np.einsum(
+        own = scatter.sigma**2 * self._noise(scatter.length) + scatter.tau**2 * np.einsum(
             "nki,nkj->nij", self._J, self._J
         )
         root = np.linalg.cholesky(own)

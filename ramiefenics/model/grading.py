@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.specification import BendingTest
 
-DIAMETERS, RADII = 9.0, 22.0
+DIAMETERS, RADII = 9.0, 21.0
 """The lengths that a recipe's are relative to, besides the span: in diameters of the stalk and,
 under a cylinder, in its radii. What varies along a stalk does so over the shortest of them. The
 published span, 100 mm for a stalk of 14.23 mm under cylinders of 5 mm, is shorter than either, but

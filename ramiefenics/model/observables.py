@@ -15,8 +15,9 @@ from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
 from ramiefenics.model.tube import SURFACES
 
-UNFELT_MM = 0.1
-"""A cylinder that is so deep inside the stalk without force has not been noticed by the mesh."""
+UNFELT_MM, SWALLOWED = 0.1, 0.5
+"""A cylinder that is so deep inside the stalk without force, or by that share of its radius with
+any, has been missed by the mesh."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class Observables:
         a support; NaN if a support has no contact.
     penetration_mm
         How far, along Y, the front of a cylinder is beyond a corner of the mesh, at the most.
+    penetration_radii
+        The same over the cylinder's radius.
     stored_energy_Nmm, friction_work_Nmm
         Elastic energy; work done against friction so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
@@ -59,6 +62,7 @@ class Observables:
     void_height_mm: float
     overhang_mm: float
     penetration_mm: float
+    penetration_radii: float
     stored_energy_Nmm: float
     friction_work_Nmm: float
     min_volume_ratio: float
@@ -71,13 +75,20 @@ class Observables:
             return "the void has closed at midspan, and the model has no contact inside it"
         if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
-        if self.force_N <= 0.0 and self.penetration_mm > UNFELT_MM:
+        if self.misses_contact:
+            how = "without force" if self.force_N <= 0.0 else "with too little force"
             return (
-                f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm without force, "
-                "as no quadrature point of the mesh has met it; numerics.mesh.contact_size must be "
+                f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
+                "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
                 "smaller"
             )
         return None
+
+    @property
+    def misses_contact(self) -> bool:
+        """Whether a cylinder is inside the stalk; shorter steps may not miss the surface."""
+        unfelt = self.force_N <= 0.0 and self.penetration_mm > UNFELT_MM
+        return unfelt or self.penetration_radii > SWALLOWED
 
 
 class Observer:
@@ -139,6 +150,7 @@ class Observer:
         self.material = self._points.evaluate()
         stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
         work = sum(s.friction_work_Nmm for s in sums.values()) * problem.factor
+        penetration, in_radii = self._penetration(position)
         return Observables(
             force_N=-sums[INDENTER].force_y_N * problem.factor,
             support_force_N=supports * problem.factor,
@@ -150,7 +162,8 @@ class Observer:
             section_width_mm=section[0] * (2.0 if mirrored[0] else 1.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
             overhang_mm=self._overhang(position, sums),
-            penetration_mm=self._penetration(position),
+            penetration_mm=penetration,
+            penetration_radii=in_radii,
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
             min_volume_ratio=self._least(self.material.volume_ratio),
@@ -193,16 +206,18 @@ class Observer:
             left.append((side * (end - middle)).min(initial=np.inf))
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
 
-    def _penetration(self, position: NDArray[np.float64]) -> float:
-        """Return how far any cylinder's front is beyond the vertices that it faces."""
-        deepest = 0.0
+    def _penetration(self, position: NDArray[np.float64]) -> tuple[float, float]:
+        """Return how far any cylinder's front is beyond the vertices it faces, mm and radii."""
+        deepest = np.zeros(2)
         for cylinder, vertices in self._facing:
             y, z = position[vertices, 1:].T
             squared = cylinder.radius_mm**2 - (z - cylinder.z_mm) ** 2
             front, side = np.sqrt(np.maximum(squared, 0.0)), np.sign(cylinder.y_mm)
             depth = front + side * (y - self.problem.contact.height(cylinder.name))
-            deepest = max(deepest, float(np.max(depth[squared >= 0.0], initial=0.0)))
-        return float(self.problem.tube.mesh.comm.allreduce(deepest, op=MPI.MAX))
+            largest = np.max(depth[squared >= 0.0], initial=0.0)
+            deepest[:] = np.maximum(deepest, (largest, largest / cylinder.radius_mm))
+        self.problem.tube.mesh.comm.Allreduce(MPI.IN_PLACE, deepest, op=MPI.MAX)
+        return float(deepest[0]), float(deepest[1])
 
     def _in_middle(self) -> NDArray[np.bool_]:
         """Mark the bore's vertices near X = 0, where roof and floor would meet first."""

@@ -47,8 +47,11 @@ def curve_figure(result: BendingResult) -> Figure:
         if result.has_force_maximum:
             at, force = result.displacement_at_max_mm, result.max_force_N
             axes.plot(at, force, "o", ms=9, mfc="none", mec=VERMILION, mew=1.5)
+            axes.hlines(force, *result.peak.plateau_mm, color=VERMILION, lw=1.0)
+            first, last = result.peak.plateau_mm
             axes.annotate(
-                f"maximum {force:.1f} N at {at:.1f} mm",
+                f"maximum {force:.1f} N at {at:.1f} mm,\n"
+                f"within 1 % from {first:.1f} to {last:.1f} mm",
                 (at, force),
                 xytext=(0.97, 0.08),
                 textcoords="axes fraction",
@@ -73,7 +76,7 @@ def _mark_losses(axes: Axes, result: BendingResult) -> None:
         label, line = LOSS_LINES[name]
         axes.axvline(travel, color=GREY, lw=1.0, ls=line, label=f"{label} ({travel:.2f} mm)")
     if result.losses_mm:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.12), fontsize=8, frameon=False)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.17), fontsize=8, frameon=False)
 
 
 def _mark_jumps(axes: Axes, result: BendingResult) -> None:

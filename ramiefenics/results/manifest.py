@@ -32,6 +32,7 @@ def summarise(result: BendingResult) -> dict[str, Any]:
         "has_force_maximum": result.has_force_maximum,
         "plateau_mm": list(result.peak.plateau_mm),
         "step_error_N": result.peak.step_error_N,
+        "mesh_error_N": result.mesh_error_N,
         "slope_N_per_mm": result.slope_N_per_mm,
         "completed": result.completed,
         "ending": dataclasses.asdict(result.ending),

@@ -58,6 +58,8 @@ class Observed(Protocol):
         The force that drives it.
     stored_energy_Nmm, friction_work_Nmm
         Energy stored; work done against friction so far.
+    misses_contact
+        Whether the drive is inside the structure, which a shorter step may prevent.
     """
 
     @property
@@ -68,6 +70,9 @@ class Observed(Protocol):
 
     @property
     def friction_work_Nmm(self) -> float: ...  # noqa: D102
+
+    @property
+    def misses_contact(self) -> bool: ...  # noqa: D102
 
     def physical_end(self) -> str | None:
         """Return why the model says nothing about what follows, if so."""

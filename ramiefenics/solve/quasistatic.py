@@ -199,6 +199,8 @@ class QuasiStatic(Generic[T]):
         smooth = False
         if outcome.converged:
             measured = self._observe()
+            if measured.misses_contact and not shortest:
+                return None
             jump = self._jump(target, length, measured)
             smooth = jump is None
         if not smooth:

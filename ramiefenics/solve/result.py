@@ -105,6 +105,12 @@ class BendingResult:
         return find_peak(self.curve["displacement_mm"].to_numpy(), self.curve["force_N"].to_numpy())
 
     @property
+    def mesh_error_N(self) -> float | None:
+        """What the mesh makes of the maximum, as its recipe did elsewhere; None if not measured."""
+        share = self.test.numerics.mesh.max_force_error
+        return None if share is None else share * self.max_force_N
+
+    @property
     def max_force_N(self) -> float:
         """Largest force, see `find_peak`."""
         return self.peak.force_N

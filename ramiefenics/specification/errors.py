@@ -25,6 +25,10 @@ class SpecificationError(ValueError):
         self.allowed = allowed
         super().__init__(f"{field if value is None else f'{field} = {value!r}'} {allowed}.")
 
+    def __reduce__(self) -> tuple[type, tuple[str, Any, str]]:
+        """Return how to make it again in another process."""
+        return type(self), (self.field, self.value, self.allowed)
+
     def inside(self, parent: str) -> SpecificationError:
         """Return the same error with `parent` put before the field's name."""
         field = f"{parent}.{self.field}" if self.field else parent

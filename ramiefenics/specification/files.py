@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import tomllib
 import types
 import typing
@@ -90,7 +91,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
     fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
-    hints = typing.get_type_hints(cls)
+    hints = _hints(cls)
     for key in data:
         if key not in fields:
             raise _unknown(key, data[key], fields)
@@ -101,6 +102,11 @@ def from_dict(cls: type[T], data: Any) -> T:
         elif spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING:
             raise SpecificationError(name, None, "is required but missing")
     return cls(**values)
+
+
+@functools.cache
+def _hints(cls: type) -> dict[str, Any]:
+    return typing.get_type_hints(cls)
 
 
 def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
@@ -203,7 +209,7 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
             known: Iterable[str] = named
             child = named.get(part)
         else:
-            hints = typing.get_type_hints(hint)
+            hints = _hints(hint)
             known = hints
             child, hint = target.get(part), hints.get(part)
         if not isinstance(child, (dict, list)):

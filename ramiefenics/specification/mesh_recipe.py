@@ -39,7 +39,7 @@ class MeshRecipe:
         Elements through the outermost layer.
     contact_size
         Element length along Z under a cylinder, relative to the shortest of the span, 9 diameters
-        and 22 radii of the cylinder.
+        and 21 radii of the cylinder.
     contact_zone
         Half length of the zone with that element length around each cylinder, relative to the
         shorter of the span and 9 diameters.
