@@ -2,19 +2,18 @@
 
     ./run python benchmarks/convergence.py
 
-Half an hour on two cores. Keeps every finished run in `docs/convergence.json`; at the end writes
+Half an hour on two cores. Keeps every finished run in `records/convergence.json`; at the end writes
 `docs/convergence.md`, and the table of errors in `meshes/README.md`.
 """
 
 from __future__ import annotations
 
-import json
 import re
 import warnings
 from collections.abc import Mapping
 from typing import Any
 
-from record import DOCS, row, run_all, table
+from record import DOCS, read_record, row, run_all, table, write_record
 
 from ramiefenics import (
     BendingTest,
@@ -25,7 +24,7 @@ from ramiefenics import (
     published_test,
 )
 from ramiefenics.convergence import Extrapolation
-from ramiefenics.kept import KeptRuns
+from ramiefenics.runs import SharedRuns
 
 FORCES = {f"force_{at}mm_N": f"F({at} mm)" for at in (4, 8, 12, 14)} | {"max_force_N": "maximum"}
 
@@ -85,21 +84,15 @@ def base(*assignments: str) -> BendingTest:
 
 
 def record_meshes() -> None:
-    """Simulate what the record does not hold of the ladders and the recipes for use."""
-    path = DOCS / "convergence.json"
-    record = json.loads(path.read_text()) if path.exists() else {}
-    names = [name for names in MESHES.values() for name in names]
-    if all("cells" in record.get(name, {}) for name in names):
-        return
-    runs, done = KeptRuns(), {}
+    """Simulate the ladders and the recipes for use."""
+    runs, done = SharedRuns(), {}
     for order in (1, 2):
         study = converge(base(), order, runs=runs)
         done |= dict(zip(study.meshes["mesh"], study.runs, strict=True))
     for name in MESHES["Recipes for use"]:
         done[name] = runs.run(base(f"numerics.mesh={name}"))
-    for name, run in done.items():  # what is recorded stays, times above all
-        record[name] = row(run.result, run.cpu_s) | record.get(name, {})
-    path.write_text(json.dumps(record, indent=1) + "\n")
+    rows = {name: row(run.result, run.cpu_s) for name, run in done.items()}
+    write_record("convergence", read_record("convergence") | rows)
 
 
 def step_cases() -> dict[str, BendingTest]:
@@ -226,7 +219,7 @@ def main() -> None:
     record_meshes()
     # the longest first, so that two workers end together
     run_all("convergence", dict(reversed((steps | nitsche | domains).items())))
-    record = json.loads((DOCS / "convergence.json").read_text())
+    record = read_record("convergence")
     head = ["", "unknowns", *FORCES.values(), "iterations", "cut-backs"]
     head += ["least acoustic eigenvalue (MPa)", "CPU (s)"]
     finest = record[MESHES["Second order"][-1]]

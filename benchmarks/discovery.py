@@ -1,17 +1,16 @@
 """Hidden effects found: sealed cases of measured data, each with one effect in it or none.
 
-    ./run python benchmarks/discovery.py [--cases N] [--workers N]
+    ./run python benchmarks/discovery.py [--cases N]
 
 About five hours on two cores. Every case is made by the full simulator on another mesh of another
 element order, and handed to `ramiefenics discover`, a process that sees the folder alone. Keeps
-finished cases in `docs/discovery.json`, and writes `docs/discovery_cases.md`.
+finished cases in `records/discovery.json`, and writes `docs/discovery_cases.md`.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import tempfile
 import time
@@ -19,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from record import DOCS, table
+from record import DOCS, read_record, table, write_record
 
-from ramiefenics.discovery.runs import Runs
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import EFFECTS
+from ramiefenics.runs import Runs
 
 CASES_EACH, NULLS = 6, 12
 NOTHING = "nothing"
@@ -43,11 +42,11 @@ def secrets() -> dict[str, tuple[Secret, int]]:
     return cases
 
 
-def run(secret: Secret, seed: int, workers: int) -> dict[str, Any]:
+def run(secret: Secret, seed: int) -> dict[str, Any]:
     """Make one case, and have it solved by a process that is told nothing else."""
     with tempfile.TemporaryDirectory() as name:
         folder, out = Path(name) / "data", Path(name) / "found"
-        make_dataset(folder, secret, seed, Runs(workers=workers))
+        make_dataset(folder, secret, seed, Runs())
         start = time.perf_counter()
         command = ["ramiefenics", "discover", str(folder), "--out", str(out)]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -132,14 +131,12 @@ def main() -> None:
     """Run what is not recorded yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, help="stop after so many")
-    parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     arguments = parser.parse_args()
-    path = DOCS / "discovery.json"
-    record = json.loads(path.read_text()) if path.exists() else {}
+    record = read_record("discovery")
     for label, (secret, seed) in list(secrets().items())[: arguments.cases]:
         if label not in record:
-            record[label] = run(secret, seed, arguments.workers)
-            path.write_text(json.dumps(record, indent=1) + "\n")
+            record[label] = run(secret, seed)
+            write_record("discovery", record)
             print(label, record[label]["verdict"], record[label]["causes"], flush=True)
     (DOCS / "discovery_cases.md").write_text(summary(record))
 

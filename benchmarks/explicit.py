@@ -2,7 +2,7 @@
 
     ./run python benchmarks/explicit.py
 
-Ten minutes of CPU time. Keeps every finished run in `docs/explicit.json`, and writes
+Ten minutes of CPU time. Keeps every finished run in `records/explicit.json`, and writes
 `docs/explicit.md` and the figure `docs/explicit.png` at the end.
 """
 

@@ -2,7 +2,7 @@
 
     ./run python benchmarks/growth.py
 
-Twenty minutes on one core and up to 20 GB of memory. Keeps finished runs in `docs/growth.json`,
+Twenty minutes on one core and up to 20 GB of memory. Keeps finished runs in `records/growth.json`,
 and draws `docs/growth.png`.
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
-from record import DOCS
+from record import DOCS, read_record, write_record
 
 from ramiefenics import BendingTest, override, published_test, simulate
 from ramiefenics.results.figures import BLUE, STYLE
@@ -85,14 +85,13 @@ def main() -> None:
     if len(sys.argv) > 1:
         print(json.dumps(run(float(sys.argv[1]))))
         return
-    path = DOCS / "growth.json"
-    record = json.loads(path.read_text()) if path.exists() else {}
+    record = read_record("growth")
     for factor in REFINEMENT:
         if str(factor) not in record:
             command = [sys.executable, __file__, str(factor)]
             done = subprocess.run(command, check=True, capture_output=True, text=True)
             record[str(factor)] = json.loads(done.stdout.splitlines()[-1])
-            path.write_text(json.dumps(record, indent=1) + "\n")
+            write_record("growth", record)
     figure([record[str(factor)] for factor in REFINEMENT]).savefig(DOCS / "growth.png", dpi=200)
 
 

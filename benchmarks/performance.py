@@ -2,13 +2,12 @@
 
     ./run python benchmarks/performance.py
 
-Seconds. Reads `docs/{convergence,felupe_front,race,ranks,growth,throughput,signatures}.json`, and
-writes `docs/performance.md` and `docs/performance.png`.
+Seconds. Reads `records/{convergence,felupe_front,race,ranks,growth,throughput,signatures}.json`,
+and writes `docs/performance.md` and `docs/performance.png`.
 """
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any
 import matplotlib as mpl
 from convergence import MESHES
 from matplotlib.figure import Figure
-from record import DOCS, table
+from record import DOCS, read_record, table
 
 from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.tangent import DIRECT_UNKNOWNS
@@ -27,7 +26,7 @@ FINEST = "ladder_q2_5"
 
 def read(name: str) -> Any:
     """Return what a benchmark has recorded."""
-    return json.loads((DOCS / f"{name}.json").read_text())
+    return read_record(name)
 
 
 def machine() -> str:

@@ -2,7 +2,7 @@
 
     ./run python benchmarks/published_peak.py
 
-A quarter of an hour on two cores. Keeps every finished run in `docs/published_peak.json`, and
+A quarter of an hour on two cores. Keeps every finished run in `records/published_peak.json`, and
 writes `docs/published_peak_tables.md` and the figure `docs/published_peak.png` at the end.
 """
 

@@ -2,18 +2,17 @@
 
     ./run python benchmarks/ranks.py
 
-Five minutes on two idle cores. Writes `docs/ranks.json`.
+Five minutes on two idle cores. Writes `records/ranks.json`.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import statistics
 import subprocess
 import sys
 
-from record import DOCS
+from record import write_record
 
 PAIRS = 3
 
@@ -44,7 +43,7 @@ def main() -> None:
         "speedup": one / two,
         "force_difference": abs(runs[0][1][1] / runs[0][0][1] - 1),
     }
-    (DOCS / "ranks.json").write_text(json.dumps(summary, indent=1) + "\n")
+    write_record("ranks", summary)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
     ./run python benchmarks/recipes.py
 
-An hour on two cores. Keeps every finished run in `docs/recipes.json`; at the end writes the table
-in `meshes/README.md`, and `meshes/errors.csv`, from which a result tells the error of its mesh.
+An hour on two cores. Keeps every finished run, and all in `records/recipes.json`; writes the
+table in `meshes/README.md`, and `meshes/errors.csv`, by which a result tells its mesh's error.
 """
 
 from __future__ import annotations

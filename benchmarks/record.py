@@ -1,23 +1,26 @@
-"""Many simulations, two at a time, recorded one by one so that an interrupted study resumes."""
+"""Many simulations, each kept by its content, so that an interrupted study resumes."""
 
 from __future__ import annotations
 
+import inspect
 import json
-import multiprocessing
 import os
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import track
+from rich.progress import Progress
 
 from ramiefenics import BendingResult, BendingTest, SpecificationWarning, simulate
+from ramiefenics.runs import Runs, key_of
+from ramiefenics.specification.files import to_dict
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+RECORDS = Path(__file__).resolve().parent / "records"
+DOCS = RECORDS.parents[1] / "docs"
 WORKERS = 2
 
 
@@ -60,17 +63,38 @@ def row(result: BendingResult, cpu_s: float) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True)
+class Case:
+    """The task to do some work on a test, a function of a module, and to keep its row."""
+
+    test: BendingTest
+    work: Callable[[BendingTest], dict[str, Any]]
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the name under which it is kept."""
+        content = [to_dict(self.test), self.work.__name__]
+        return (key_of(content, __file__, inspect.getfile(self.work)),)
+
+    def compute(self) -> str:
+        """Return the row as JSON."""
+        return json.dumps(self.work(self.test))
+
+    def read(self, text: str) -> dict[str, Any]:
+        """Return the row."""
+        return dict(json.loads(text))
+
+
 def run_all(
     name: str,
     cases: Mapping[str, BendingTest],
     work: Callable[[BendingTest], dict[str, Any]] = run,
 ) -> dict[str, dict[str, Any]]:
-    """Simulate what `docs/NAME.json` does not hold yet; delete the file to start afresh.
+    """Simulate what has not been simulated by this version, and record it in `NAME.json`.
 
     Parameters
     ----------
     name, cases
-        Of the file; tests by label.
+        Of the file in `RECORDS`, whose other rows stay; tests by label.
     work
         Simulates one; a function of a module.
 
@@ -79,21 +103,25 @@ def run_all(
     dict
         Rows by label, in the order of the cases.
     """
-    path = DOCS / f"{name}.json"
-    record = json.loads(path.read_text()) if path.exists() else {}
-    left = {label: test for label, test in cases.items() if label not in record}
     os.environ["OMP_NUM_THREADS"] = "1"  # for the workers: one core each
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        jobs = {pool.submit(work, test): label for label, test in left.items()}
-        try:
-            for job in track(as_completed(jobs), name, total=len(jobs)):
-                record[jobs[job]] = job.result()
-                path.write_text(json.dumps(record, indent=1) + "\n")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return {label: record[label] for label in cases}
+    with Progress() as progress:
+        bar = progress.add_task(name, total=len(cases))
+        runs = Runs(on_done=lambda number: progress.advance(bar, number))
+        done = runs.map([Case(test, work) for test in cases.values()])
+    rows = {label: one.result() for label, one in zip(cases, done, strict=True)}
+    write_record(name, read_record(name) | rows)
+    return rows
+
+
+def read_record(name: str) -> dict[str, Any]:
+    """Return what `NAME.json` in `RECORDS` holds, if it is there."""
+    path = RECORDS / f"{name}.json"
+    return dict(json.loads(path.read_text())) if path.exists() else {}
+
+
+def write_record(name: str, record: Mapping[str, Any]) -> None:
+    """Write `NAME.json` in `RECORDS`."""
+    (RECORDS / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n")
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

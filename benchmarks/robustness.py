@@ -3,7 +3,7 @@
     ./run python benchmarks/robustness.py
 
 144 runs on `ladder_q2_3`, two at a time, half an hour. Keeps every finished run
-in `docs/robustness.json`, and writes `docs/robustness.md` at the end.
+in `records/robustness.json`, and writes `docs/robustness.md` at the end.
 """
 
 from __future__ import annotations

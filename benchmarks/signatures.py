@@ -2,15 +2,14 @@
 
     OMP_NUM_THREADS=1 ./run python benchmarks/signatures.py
 
-Two minutes. Writes `docs/signatures.json`.
+Two minutes. Writes `records/signatures.json`.
 """
 
 from __future__ import annotations
 
-import json
 import time
 
-from record import DOCS
+from record import write_record
 
 from ramiefenics import BendingTest, Parameter, override, published_test, sensitivities, simulate
 
@@ -52,7 +51,7 @@ def main() -> None:
             "parameters": len(KEYS),
             "by_differences": list(found.by_differences),
         }
-    (DOCS / "signatures.json").write_text(json.dumps(summary, indent=1) + "\n")
+    write_record("signatures", summary)
 
 
 if __name__ == "__main__":

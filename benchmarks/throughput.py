@@ -2,19 +2,18 @@
 
     ./run python benchmarks/throughput.py
 
-Five minutes on two cores. Writes `docs/throughput.json`.
+Five minutes on two cores. Writes `records/throughput.json`.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
-from record import DOCS, WORKERS
+from record import WORKERS, write_record
 from rich.progress import track
 from scipy.stats import qmc
 
@@ -73,7 +72,7 @@ def main() -> None:
         "smallest_force_N": min(forces),
         "largest_force_N": max(forces),
     }
-    (DOCS / "throughput.json").write_text(json.dumps(summary, indent=1) + "\n")
+    write_record("throughput", summary)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ from matplotlib import image
 from mpi4py import MPI
 
 import ramiefenics as rf
-from ramiefenics import kept
 from ramiefenics.calibration import posterior
 from ramiefenics.calibration.calibrate import calibrate
 from ramiefenics.calibration.campaign import run_campaign
@@ -26,6 +25,7 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.study import read_study
 from ramiefenics.cli import main
 from ramiefenics.results.calibration_folder import write_calibration
+from ramiefenics.runs import simulation, store
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -91,7 +91,7 @@ def pretended(
     monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
 ) -> Pretended:
     simulator = Pretended(as_result)
-    monkeypatch.setattr(kept, "simulate", simulator)
+    monkeypatch.setattr(simulation, "simulate", simulator)
     return simulator
 
 
@@ -451,7 +451,7 @@ def test_command_calibrates_and_bend_goes_on_from_there(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(kept, "RUNS", tmp_path / "runs")
+    monkeypatch.setattr(store, "RUNS", tmp_path / "runs")
     out = tmp_path / "out"
     assert run_command(monkeypatch, str(real / "study.toml"), "--out", str(out)) == 0
     told = capsys.readouterr().out

@@ -12,6 +12,7 @@ from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitter
 from ramiefenics.discovery.meshes import finer, limit
 from ramiefenics.measured.noise import level
+from ramiefenics.runs import Done
 
 STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, GAP_MM = 10.0, 0.02, 0.2
 """The first for vanishing cells; the last below the points that the first reading is made of."""
@@ -29,7 +30,7 @@ class Springs:
         self._stiffness, self._modulus_MPa = stiffness, modulus_MPa
         self.linearised = 0
 
-    def curves(self, tasks: list) -> list[pd.DataFrame]:
+    def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
         self.linearised += sum(bool(task.factors) for task in tasks)
         u = np.linspace(0.0, 7.0, 71)
         curves = []
@@ -37,7 +38,8 @@ class Springs:
             scale = axial_modulus_MPa(task.test) / self._modulus_MPa
             force = scale * self._stiffness[task.test.numerics.mesh] * u
             by_factors = {factor.name: force for factor in task.factors}
-            curves.append(pd.DataFrame({"displacement_mm": u, "force_N": force, **by_factors}))
+            curve = pd.DataFrame({"displacement_mm": u, "force_N": force, **by_factors})
+            curves.append(Done(curve))
         return curves
 
 

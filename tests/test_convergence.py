@@ -14,10 +14,9 @@ from matplotlib import image
 from mpi4py import MPI
 
 import ramiefenics as rf
-from ramiefenics import kept
 from ramiefenics.cli import main
 from ramiefenics.convergence.study import LADDERS
-from ramiefenics.kept import KeptRun, KeptRuns
+from ramiefenics.runs import KeptRun, SharedRuns, simulation, store
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.solve.result import Statistics
 
@@ -142,7 +141,7 @@ def test_meshes_of_the_same_size_are_refused(sizes: Sequence[float]) -> None:
         rf.order_and_limit(sizes, (1.0, 2.0, 3.0))
 
 
-class Manufactured(KeptRuns):
+class Manufactured(SharedRuns):
     """Runs whose curves are ``(10 + 3 h^2) x`` with h the cell size in mm, in no time."""
 
     def __init__(self, ends_at_mm: dict[str, float]) -> None:
@@ -233,9 +232,9 @@ def test_command_resumes_and_writes_what_it_found(
     test = rf.override(screening, ["protocol.travel_mm=1.0", "numerics.acoustic_check=false"])
     spec, out = tmp_path / "short.toml", tmp_path / "out"
     rf.write_test(test, spec)
-    monkeypatch.setattr(kept, "RUNS", tmp_path / "runs")
+    monkeypatch.setattr(store, "RUNS", tmp_path / "runs")
     arguments = [str(spec), "--order", "1", "--meshes", "3", "--out", str(out)]
-    simulate, asked = kept.simulate, []
+    simulate, asked = simulation.simulate, []
 
     def until_the_third(*given: object) -> rf.BendingResult:
         asked.append(given[0].numerics.mesh.name)
@@ -243,7 +242,7 @@ def test_command_resumes_and_writes_what_it_found(
             raise KeyboardInterrupt
         return simulate(*given)
 
-    monkeypatch.setattr(kept, "simulate", until_the_third)
+    monkeypatch.setattr(simulation, "simulate", until_the_third)
     assert run_command(monkeypatch, *arguments) == 130
     assert "kept, so run it again" in capsys.readouterr().err
     assert not out.exists()
@@ -252,7 +251,7 @@ def test_command_resumes_and_writes_what_it_found(
         assert given[0].numerics.mesh.name == "ladder_q1_3"
         return simulate(*given)
 
-    monkeypatch.setattr(kept, "simulate", only_the_third)
+    monkeypatch.setattr(simulation, "simulate", only_the_third)
     assert run_command(monkeypatch, *arguments) == 0
     told = capsys.readouterr().out
     assert all(name in told for name in LADDERS[1][:3])
@@ -284,7 +283,7 @@ def test_command_resumes_and_writes_what_it_found(
     def never(*_: object) -> None:
         raise AssertionError("nothing is left to simulate")
 
-    monkeypatch.setattr(kept, "simulate", never)
+    monkeypatch.setattr(simulation, "simulate", never)
     before = (out / "convergence.csv").read_bytes()
     assert run_command(monkeypatch, *arguments) == 0
     assert (out / "convergence.csv").read_bytes() == before  # times included
@@ -317,7 +316,7 @@ def test_bad_commands_end_with_one_sentence(
 
 def test_results_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> None:
     test = rf.override(coarse, ["protocol.travel_mm=0.5"])
-    runs = KeptRuns(MPI.COMM_SELF, tmp_path)
+    runs = SharedRuns(MPI.COMM_SELF, tmp_path)
     assert not runs.has(test)
     first = runs.run(test)
     assert runs.has(test)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -14,10 +15,12 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.discovery.curves import CurveTask, normalised, simulated
 from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.discovery.meshes import finer
-from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.model.laws import LAWS
+from ramiefenics.runs import Runs
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -106,21 +109,21 @@ def test_the_gain_of_a_gradient_vanishes_when_positions_are_permuted(tmp_path: P
 
 def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> None:
     other = rf.override(coarse, ["stalk.void_diameter_mm=7.0"])
-    first = Runs(tmp_path).curves([Task(coarse)])[0]
+    first = simulated(Runs(tmp_path), [CurveTask(coarse)])[0]
     done: list[int] = []
     runs = Runs(tmp_path, on_done=done.append)
     # neither the machine nor a position without gradient matters to the stalk
     loose = rf.override(coarse, ["machine.seating_gap_mm=1", "stalk.position_mm=100"])
-    again, new = runs.curves([Task(loose), Task(other)])
-    assert runs.simulated == 1
+    again, new = simulated(runs, [CurveTask(loose), CurveTask(other)])
+    assert runs.computed == 1
     assert sum(done) == 2
     assert again.equals(first)
     # forces scale with the moduli: nothing to simulate for a stalk that is stiffer as a whole
     graded = rf.override(coarse, ["stalk.stiffness_gradient_per_m=0.5", "stalk.position_mm=500"])
-    stiffer = runs.curves([Task(graded)])[0]
-    assert runs.simulated == 1
-    simulated = rf.simulate(rf.override(graded, ["numerics.acoustic_check=false"])).curve
-    assert np.allclose(stiffer["force_N"], simulated["force_N"], rtol=1e-4)
+    stiffer = simulated(runs, [CurveTask(graded)])[0]
+    assert runs.computed == 1
+    direct = rf.simulate(rf.override(graded, ["numerics.acoustic_check=false"])).curve
+    assert np.allclose(stiffer["force_N"], direct["force_N"], rtol=1e-4)
     assert not new.equals(first)
     assert not list(tmp_path.glob("*.[0-9]*"))  # nothing half-written
 
@@ -170,3 +173,15 @@ def test_finer_meshes_are_finer_all_over(name: str) -> None:
     assert found.coarse_size == pytest.approx(recipe.coarse_size / 1.5)
     assert found.angular_elements > recipe.angular_elements
     assert found.wall_elements > recipe.wall_elements
+
+
+def test_stalks_of_a_law_that_does_not_scale_are_simulated_as_they_are(
+    coarse: rf.BendingTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    graded = rf.override(coarse, ["stalk.stiffness_gradient_per_m=0.5", "stalk.position_mm=500"])
+    law = dataclasses.replace(LAWS[coarse.law], homogeneous=False)
+    monkeypatch.setitem(LAWS, coarse.law, law)
+    test, factor = normalised(graded)
+    assert factor == 1.0
+    modulus = test.stalk.layers[-1].material.elastic.E_Z_MPa
+    assert modulus == pytest.approx(1.25 * coarse.stalk.layers[-1].material.elastic.E_Z_MPa)

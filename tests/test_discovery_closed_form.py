@@ -13,8 +13,9 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.runs import Task
+from ramiefenics.discovery.curves import CurveTask
 from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.runs import Done
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -39,10 +40,10 @@ class Formula:
 
     asked = 0
 
-    def curves(self, tasks: Sequence[Task]) -> list[pd.DataFrame]:
-        return [self._curve(task) for task in tasks]
+    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+        return [Done(self._curve(task)) for task in tasks]
 
-    def _curve(self, task: Task) -> pd.DataFrame:
+    def _curve(self, task: CurveTask) -> pd.DataFrame:
         force = force_N(task.test)
         slopes = {f.name: (force_N(f.apply(task.test, 0.01)) - force) / 0.01 for f in task.factors}
         return pd.DataFrame({"displacement_mm": AT_MM, "force_N": force, **slopes})

@@ -56,6 +56,17 @@ def test_energy_does_not_feel_rotation(point: Point, seed: int) -> None:
     assert point.energy(rotation @ F) == pytest.approx(point.energy(F), rel=1e-12)
 
 
+@pytest.mark.parametrize("name", sorted(name for name, law in LAWS.items() if law.homogeneous))
+def test_a_law_that_says_so_scales_with_the_moduli(name: str) -> None:
+    """As they differ between specimens: by a factor on all moduli, the other constants as given."""
+    rubber = dataclasses.replace(PHLOEM, elastic=Elastic.isotropic(5.0, 0.3))
+    material = rubber if name == "isotropic" else PHLOEM
+    plain, stiff = Point(name, material), Point(name, material.scaled(3.0))
+    for seed in range(3):
+        F = _deformed(seed)
+        assert stiff.energy(F) == pytest.approx(3.0 * plain.energy(F), rel=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_energy_does_not_feel_a_turn_about_the_fibre(point: Point, seed: int) -> None:
     F, angle = _deformed(seed), 0.7

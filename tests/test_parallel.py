@@ -13,8 +13,8 @@ import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingTest, override, simulate, write_test
-from ramiefenics.kept import KeptRuns
 from ramiefenics.model.snapshot import Grid
+from ramiefenics.runs import SharedRuns
 
 
 def middles(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
@@ -91,7 +91,7 @@ def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> 
 def test_ranks_compute_together_what_is_damaged(coarse: BendingTest, tmp_path: Path) -> None:
     test = override(coarse, ["protocol.travel_mm=0.5"])
     folder = MPI.COMM_WORLD.bcast(tmp_path)
-    runs = KeptRuns(MPI.COMM_WORLD, folder)
+    runs = SharedRuns(MPI.COMM_WORLD, folder)
     first = runs.run(test)
     assert runs.has(test)
     assert runs.run(test).cpu_s == first.cpu_s

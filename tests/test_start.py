@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from ramiefenics import BendingTest, override
-from ramiefenics.calibration.campaign import simulate_kept
-from ramiefenics.discovery.runs import Task, run
+from ramiefenics.discovery.curves import CurveTask
+from ramiefenics.runs import Simulation
 
 EVERYTHING = """
     import dolfinx, ufl
@@ -123,6 +123,6 @@ def test_work_that_needs_no_warnings_leaves_the_users_on(
     """Both may run in the user's own process, by one worker or an executor of threads."""
     test = override(coarse, ["protocol.travel_mm=0.2"])
     before = list(warnings.filters)
-    run(Task(test))
-    simulate_kept(test, tmp_path)
+    CurveTask(test).compute()
+    Simulation(test).compute()
     assert list(warnings.filters) == before

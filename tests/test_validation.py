@@ -14,7 +14,6 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics import kept
 from ramiefenics.calibration.factors import Factor, Space
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.region import Region
@@ -22,6 +21,7 @@ from ramiefenics.calibration.surface import Surface
 from ramiefenics.cli import main
 from ramiefenics.published.tables import printed_values
 from ramiefenics.results.validation_folder import write_validation
+from ramiefenics.runs import simulation
 from ramiefenics.validation import Validation, read_validation, validate
 from ramiefenics.validation.prediction import DRAWS, Prediction, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
@@ -88,7 +88,7 @@ def asked(
         x = np.linspace(0.0, 14.0, 29)
         return as_result(test, x, max_force(test) * np.sin(x / 14.0 * np.pi))
 
-    monkeypatch.setattr(kept, "simulate", simulate)
+    monkeypatch.setattr(simulation, "simulate", simulate)
     return asked
 
 

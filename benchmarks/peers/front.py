@@ -3,7 +3,7 @@
     ./run python benchmarks/peers/front.py --felupe PYTHON
 
 `PYTHON` as for `race.py`, with tensortrax besides. Three minutes on one core. Keeps finished runs
-in `docs/felupe_front.json`; `performance.py` draws them.
+in `records/felupe_front.json`; `performance.py` draws them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ramiefenics.model.laws import LAWS
 from ramiefenics.model.tube import write_tube
 
 HERE = Path(__file__).resolve().parent
-DOCS = HERE.parents[1] / "docs"
+RECORDS = HERE.parent / "records"
 RECIPES = ("ladder_q1_1", "ladder_q1_2", "ladder_q1_3")
 
 
@@ -61,7 +61,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--felupe", required=True, help="a Python that has FElupe and tensortrax")
     arguments = parser.parse_args()
-    path = DOCS / "felupe_front.json"
+    path = RECORDS / "felupe_front.json"
     record = json.loads(path.read_text()) if path.exists() else {}
     for recipe in RECIPES:
         if recipe not in record:

@@ -4,7 +4,7 @@
 
 Needs FElupe 11.3 with pypardiso in `PYTHON`, a virtual environment on top of that of `./run`, and
 CalculiX 2.20 as `ccx` where this runs, which needs no packages. Keeps finished races in
-`docs/race.json`.
+`records/race.json`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-DOCS = ROOT / "docs"
+RECORDS = HERE.parent / "records"
 PAIRS = 3
 
 
@@ -76,7 +76,7 @@ def main() -> None:
         "felupe": [str(ROOT / "run"), arguments.felupe],
         "calculix": [sys.executable],
     }
-    path = DOCS / "race.json"
+    path = RECORDS / "race.json"
     record = json.loads(path.read_text()) if path.exists() else {}
     for mesh in arguments.meshes:
         for friction in arguments.friction:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ramiefenics.calibration.campaign import Campaign, Outcome, run_campaign, workers
+from ramiefenics.calibration.campaign import Campaign, Outcome, run_campaign
 from ramiefenics.calibration.designs import Design
 from ramiefenics.calibration.desirability import Goal, most_desirable, overall
 from ramiefenics.calibration.factors import Array, Space
@@ -28,6 +28,7 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import Study, read_study
 from ramiefenics.calibration.surface import Surface
+from ramiefenics.runs import workers
 from ramiefenics.specification import BendingTest
 
 
@@ -206,7 +207,7 @@ def calibrate(
     study
         A study, its file, or the name of one that comes with the code.
     executor, folder
-        What does the simulations, and where they are kept: see `run_campaign`.
+        What does the simulations, and where they are kept: see `Runs`.
     on_stage
         Told what is begun, and how many simulations it takes.
     on_done

@@ -1,22 +1,16 @@
-"""Many simulations on any executor, each kept on disk as soon as it is done."""
+"""All simulations of a design."""
 
 from __future__ import annotations
 
-import os
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
-from joblib.externals.loky import ProcessPoolExecutor
-from mpi4py import MPI
-
-from ramiefenics.kept import KeptRun, KeptRuns
 from ramiefenics.model.laws import check_law
+from ramiefenics.runs import KeptRun, Runs, Simulation
 from ramiefenics.solve.result import BendingResult
-from ramiefenics.specification import BendingTest, SpecificationWarning
+from ramiefenics.specification import BendingTest
 
 
 @dataclass(frozen=True)
@@ -89,70 +83,23 @@ def run_campaign(
     ----------
     tests
         What to simulate.
-    executor
-        Does the work, each test on one process: for instance mpi4py's `MPICommExecutor`, or
-        dask.distributed's ``client.get_executor()``. By default as many local processes as there
-        are cores.
-    folder
-        Where results are kept, `ramiefenics.kept.RUNS` by default. Workers elsewhere must see it.
-    on_done
-        Called with the number of distinct tests done since the last call.
+    executor, folder, on_done
+        See `Runs`.
 
     Raises
     ------
     SpecificationError
         If the law cannot take a layer's constants; nothing has been simulated then.
-    KeyboardInterrupt
-        If the user has interrupted it; finished runs are kept.
-    BrokenExecutor
-        If a worker died, of lack of memory perhaps; finished runs are kept.
+    KeyboardInterrupt, BrokenExecutor
+        See `Runs.map`.
     """
     for test in tests:
         check_law(test)
-    kept = KeptRuns(MPI.COMM_SELF, folder)
-    distinct = {kept.key(test): test for test in tests}
-    outcomes = {key: Outcome(t, kept.run(t)) for key, t in distinct.items() if kept.has(t)}
-    on_done(len(outcomes))
-    left = {key: test for key, test in distinct.items() if key not in outcomes}
-    if left:
-        with workers(executor) as pool:
-            futures = {pool.submit(simulate_kept, test, folder): key for key, test in left.items()}
-            try:
-                for future in as_completed(futures):
-                    key = futures[future]
-                    error = future.exception()
-                    if isinstance(error, (KeyboardInterrupt, BrokenExecutor)):
-                        raise error
-                    run = None if error is not None else future.result()
-                    outcomes[key] = Outcome(left[key], run, "" if error is None else str(error))
-                    on_done(1)
-            except BaseException:
-                for future in futures:
-                    future.cancel()
-                raise
-    return Campaign(tuple(outcomes[kept.key(test)] for test in tests), len(left))
-
-
-@contextmanager
-def workers(executor: Executor | None = None) -> Iterator[Executor]:
-    """Lend an executor: the given one, or as many local processes as there are cores.
-
-    The local ones start when there is work, and end with the block, at once where it fails.
-    """
-    if executor is not None:
-        yield executor
-        return
-    # not joblib's reusable one, which its own Parallel, used elsewhere, expects for itself
-    pool = ProcessPoolExecutor(max_workers=len(os.sched_getaffinity(0)))
-    try:
-        yield pool
-    except BaseException:
-        pool.shutdown(wait=True, kill_workers=True)
-        raise
-    pool.shutdown()
-
-
-def simulate_kept(test: BendingTest, folder: Path | None = None) -> KeptRun:
-    """Simulate a test in this process alone, unless it is kept already."""
-    with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
-        return KeptRuns(MPI.COMM_SELF, folder).run(test)
+    runs = Runs(folder, executor, on_done)
+    done = runs.map([Simulation(test) for test in tests])
+    # equal tests have one outcome
+    outcomes = {
+        id(d): Outcome(test, d.value, "" if d.error is None else str(d.error))
+        for test, d in zip(tests, done, strict=True)
+    }
+    return Campaign(tuple(outcomes[id(d)] for d in done), runs.computed)

@@ -113,16 +113,17 @@ def discover_command(
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
-    from ramiefenics.discovery.runs import Runs
     from ramiefenics.effects import EFFECTS, load_effects
     from ramiefenics.results.discovery_findings import findings
     from ramiefenics.results.discovery_folder import write_discovery
+    from ramiefenics.runs import Runs, workers
 
     suspects = dict(EFFECTS)
     for path in effects or []:
         suspects |= load_effects(path)
-    with resumable(), progress.counting() as (stage, count):
-        found = discover(dataset, suspects, mesh, Runs(on_done=count), seed, stage)
+    with resumable(), workers() as pool, progress.counting() as (stage, count):
+        runs = Runs(executor=pool, on_done=count)
+        found = discover(dataset, suspects, mesh, runs, seed, stage)
     write_discovery(found, folder)
     verdict, *others = findings(found)
     typer.echo(f"{found.verdict}: {verdict}")

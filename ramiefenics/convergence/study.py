@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.convergence.richardson import Extrapolation, order_and_limit
-from ramiefenics.kept import KeptRun, KeptRuns
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.observables import Observables
+from ramiefenics.runs import KeptRun, SharedRuns
 from ramiefenics.solve.quasistatic import Step
 from ramiefenics.specification import BendingTest, SpecificationError, override
 
@@ -110,7 +110,7 @@ def converge(
     test: BendingTest,
     order: int = 2,
     meshes: int = 5,
-    runs: KeptRuns | None = None,
+    runs: SharedRuns | None = None,
     on_progress: Progress = lambda share, state: None,
 ) -> Convergence:
     """Bend a stalk on a ladder of meshes, and extrapolate to vanishing mesh size.
@@ -137,7 +137,7 @@ def converge(
     """
     check_ladder(order, meshes)
     check_law(test)
-    runs = KeptRuns() if runs is None else runs
+    runs = SharedRuns() if runs is None else runs
     names = LADDERS[order][:meshes]
     tests = [override(test, [f"numerics.mesh={name}"]) for name in names]
     done = tuple(_simulate(tests, runs, on_progress))
@@ -164,7 +164,7 @@ def check_ladder(order: int, meshes: int) -> None:
         raise SpecificationError("meshes", meshes, f"must be between {LEAST_MESHES} and {most}")
 
 
-def _simulate(tests: list[BendingTest], runs: KeptRuns, report: Progress) -> Iterator[KeptRun]:
+def _simulate(tests: list[BendingTest], runs: SharedRuns, report: Progress) -> Iterator[KeptRun]:
     costs = [0.0 if runs.has(test) else _cells(test) ** COST_EXPONENT for test in tests]
     total, spent = sum(costs) or 1.0, 0.0
     if any(costs):
@@ -187,7 +187,7 @@ def _simulate(tests: list[BendingTest], runs: KeptRuns, report: Progress) -> Ite
         report(spent / total if any(costs) else 1.0, name)
 
 
-def _compile(test: BendingTest, runs: KeptRuns) -> None:
+def _compile(test: BendingTest, runs: SharedRuns) -> None:
     """Compile forms ahead, by a first step, so that no mesh's time has that in it."""
     step = min(test.numerics.stepping.first_step_mm, test.protocol.travel_mm)
     runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step)))

@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import Akima1DInterpolator
 
+from ramiefenics.discovery.curves import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
-from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.discovery.verdict import smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
@@ -161,17 +161,20 @@ class Simulator:
         Does the simulations.
     """
 
-    def __init__(self, dataset: Dataset, at_mm: Array, runs: Runs) -> None:
+    def __init__(self, dataset: Dataset, at_mm: Array, runs: Mapper) -> None:
         self._specimens = dataset.specimens
         self._at = at_mm
         self._points_mm, self._weights = _reading(at_mm)
         self._runs = runs
         self._by_effect: dict[str, Array] = {}
 
-    def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> Task:
+    def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> CurveTask:
         travel = float(self._at[-1])
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
-        return Task(dataclasses.replace(test, protocol=protocol), factors)
+        return CurveTask(dataclasses.replace(test, protocol=protocol), factors)
+
+    def _curves(self, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:
+        return simulated(self._runs, tasks)
 
     def linearise(self, model: Model) -> Linearised:
         """Simulate every specimen with derivatives by the log factors, and by the amplitude.
@@ -190,7 +193,7 @@ class Simulator:
             beside = [model.test(s.test, model.amplitude + step) for s in self._specimens]
         tasks = [self._task(test, model.factors) for test in tests]
         # the longest first, so that all workers end together
-        done = self._runs.curves([*tasks, *map(self._task, beside)])
+        done = self._curves([*tasks, *map(self._task, beside)])
         raw, moved = done[: len(tests)], done[len(tests) :]
         curves = self._extrapolated(raw, model.effect, model.amplitude)
         force = self._predictions(tests, curves)
@@ -227,7 +230,7 @@ class Simulator:
         """Return relative changes of forces on a finer mesh, shape (len(tests), m)."""
         plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
         finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
-        curves = self._runs.curves([*map(self._task, [*plain, *finely])])
+        curves = self._curves([*map(self._task, [*plain, *finely])])
         coarse, fine = np.split(self._predictions([*plain, *finely], curves), 2)
         return np.where(coarse > 0.0, fine / np.where(coarse > 0.0, coarse, 1.0) - 1.0, 0.0)
 
@@ -266,7 +269,7 @@ class Simulator:
         """
         model = dataclasses.replace(base.model, effect=effect)
         tests = [model.test(s.test, effect.typical) for s in self._specimens]
-        curves = self._runs.curves([*map(self._task, tests)])
+        curves = self._curves([*map(self._task, tests)])
         curves = self._extrapolated(curves, effect, effect.typical)
         return (self._predictions(tests, curves) - base.force) / effect.typical
 

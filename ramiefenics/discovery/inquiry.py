@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.discovery.comparison import Simulator, observe
+from ramiefenics.discovery.curves import Mapper
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.outcome import Discovery
-from ramiefenics.discovery.runs import Runs
 from ramiefenics.discovery.verdict import (
     MISFIT,
     MODEL_ERROR,
@@ -28,6 +28,7 @@ from ramiefenics.discovery.verdict import (
 )
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.runs import Runs, workers
 from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
 
 CONTENDERS, CONTENDER_GAIN, CONTENDER_RANGE = 3, 1.0, 5.0
@@ -46,7 +47,7 @@ def discover(
     folder: str | Path,
     effects: Mapping[str, Effect] = EFFECTS,
     mesh: str | None = None,
-    runs: Runs | None = None,
+    runs: Mapper | None = None,
     seed: int = 0,
     on_stage: Callable[[str, int], None] = lambda stage, expected: None,
 ) -> Discovery:
@@ -75,7 +76,10 @@ def discover(
     dataset = read_dataset(folder)
     recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
     dataset = _on_mesh(dataset, recipe)
-    return _Inquiry(dataset, effects, runs or Runs(), seed, on_stage).conclude()
+    if runs is not None:
+        return _Inquiry(dataset, effects, runs, seed, on_stage).conclude()
+    with workers() as pool:
+        return _Inquiry(dataset, effects, Runs(executor=pool), seed, on_stage).conclude()
 
 
 class _Inquiry:
@@ -85,7 +89,7 @@ class _Inquiry:
         self,
         dataset: Dataset,
         effects: Mapping[str, Effect],
-        runs: Runs,
+        runs: Mapper,
         seed: int,
         on_stage: Callable[[str, int], None],
     ) -> None:

@@ -11,10 +11,10 @@ import numpy as np
 import tomli_w
 
 from ramiefenics.discovery.comparison import recorded
+from ramiefenics.discovery.curves import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
-from ramiefenics.discovery.runs import Runs, Task
 from ramiefenics.effects import Effect
 from ramiefenics.specification import BendingTest, MeshRecipe, ramie
 
@@ -69,7 +69,7 @@ class Secret:
         return [effect.apply(test, self.amplitude) for test in tests]
 
 
-def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens: int = 8) -> None:
+def make_dataset(folder: Path, secret: Secret, seed: int, runs: Mapper, specimens: int = 8) -> None:
     """Write a measured folder: stalks like the published ones, bent by the full simulator.
 
     Geometry and moduli scatter; the former, the specimens' place on the plant and where their
@@ -92,7 +92,7 @@ def make_dataset(folder: Path, secret: Secret, seed: int, runs: Runs, specimens:
     rng = np.random.default_rng(seed)
     rows, tests = _stalks(rng, specimens)
     hidden = secret.apply(tests)
-    curves = runs.curves([Task(test) for test in hidden])
+    curves = simulated(runs, [CurveTask(test) for test in hidden])
     at = np.linspace(0.0, TRAVEL_MM, ROWS)
     (folder / "curves").mkdir(parents=True)
     for row, test, curve in zip(rows, hidden, curves, strict=True):

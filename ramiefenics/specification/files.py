@@ -91,7 +91,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
     fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
-    hints = _hints(cls)
+    hints = _hints(typing.cast(Any, cls))
     for key in data:
         if key not in fields:
             raise _unknown(key, data[key], fields)
@@ -105,7 +105,7 @@ def from_dict(cls: type[T], data: Any) -> T:
 
 
 @functools.cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: Any) -> dict[str, Any]:
     return typing.get_type_hints(cls)
 
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.calibration.calibrate import respond
-from ramiefenics.calibration.campaign import Campaign, run_campaign, workers
+from ramiefenics.calibration.campaign import Campaign, run_campaign
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.optimum import nearest
+from ramiefenics.runs import workers
 from ramiefenics.specification import BendingTest
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
@@ -34,7 +35,7 @@ def validate(
     study
         A validation, its file, or the name of one that comes with the code.
     executor, folder
-        What does the simulations, and where they are kept: see `run_campaign`.
+        What does the simulations, and where they are kept: see `Runs`.
     on_stage
         Told what is begun, and how many simulations it takes.
     on_done

@@ -29,12 +29,16 @@ class Law:
     least_stretch
         Stretch at which the stress of a compressed fibre or layer stops growing; 0 if it never
         does.
+    homogeneous
+        Whether all stresses double where all moduli do, so that forces are known of stalks that
+        are stiffer as a whole.
     """
 
     name: str
     parameters: Callable[[Material], dict[str, float]]
     energy: Callable[[Expr, Mapping[str, Expr]], Expr]
     least_stretch: float = 0.0
+    homogeneous: bool = False
 
 
 def stiffness_entries(elastic: Elastic) -> tuple[float, float, float, float]:

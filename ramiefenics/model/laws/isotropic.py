@@ -36,4 +36,4 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     return p["mu"] / 2 * shape + p["kappa"] / 2 * (J - 1) ** 2
 
 
-ISOTROPIC = Law("isotropic", _parameters, _energy)
+ISOTROPIC = Law("isotropic", _parameters, _energy, homogeneous=True)

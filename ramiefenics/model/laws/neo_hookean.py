@@ -42,4 +42,4 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     )
 
 
-NEO_HOOKEAN = Law("neo_hookean", _parameters, _energy)
+NEO_HOOKEAN = Law("neo_hookean", _parameters, _energy, homogeneous=True)

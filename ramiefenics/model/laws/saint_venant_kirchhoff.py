@@ -40,4 +40,6 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
     )
 
 
-SAINT_VENANT_KIRCHHOFF = Law("svk", _parameters, _energy, least_stretch=1.0 / math.sqrt(3.0))
+SAINT_VENANT_KIRCHHOFF = Law(
+    "svk", _parameters, _energy, least_stretch=1.0 / math.sqrt(3.0), homogeneous=True
+)

@@ -107,4 +107,4 @@ def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
     return elastic / (1 + p["c"] * elastic)
 
 
-SATURATING_FIBRE = Law("saturating_fibre", _parameters, _energy)
+SATURATING_FIBRE = Law("saturating_fibre", _parameters, _energy, homogeneous=True)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,10 +23,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import ramiefenics as rf
-from ramiefenics import kept
-from ramiefenics.discovery import runs as discovery_runs
-from ramiefenics.discovery.runs import Runs, Task
-from ramiefenics.kept import KeptRuns, Shelf
+from ramiefenics.discovery import curves
+from ramiefenics.discovery.curves import CurveTask
+from ramiefenics.runs import Runs, SharedRuns, Simulation, Store, simulation, store
 from ramiefenics.solve import provenance
 
 FLIPS = 300
@@ -40,7 +40,7 @@ def truth() -> pd.DataFrame:
     return pd.DataFrame({"displacement_mm": x, "force_N": 12.0 * np.sin(x / 9.0)})
 
 
-@pytest.fixture(params=["json", "csv"])
+@pytest.fixture(params=["together", "task"])
 def ask(
     request: pytest.FixtureRequest,
     coarse: rf.BendingTest,
@@ -56,21 +56,22 @@ def ask(
         computed.append(test)
         return as_result(test, truth["displacement_mm"].to_numpy(), truth["force_N"].to_numpy())
 
-    def run(task: Task) -> tuple[Task, str]:
+    def compute(task: CurveTask) -> str:
         computed.append(task)
-        return task, truth.to_csv(index=False)
+        return truth.to_csv(index=False)
 
-    monkeypatch.setattr(kept, "simulate", simulate)
-    monkeypatch.setattr(discovery_runs, "run", run)
-    monkeypatch.setattr(discovery_runs, "bare", lambda test: (test, 1.0))
+    monkeypatch.setattr(simulation, "simulate", simulate)
+    monkeypatch.setattr(CurveTask, "compute", compute)
+    monkeypatch.setattr(curves, "normalised", lambda test: (test, 1.0))
 
     def one() -> tuple[pd.DataFrame, bool]:
         before = len(computed)
-        if request.param == "json":
-            runs = KeptRuns(MPI.COMM_SELF, tmp_path)
+        if request.param == "together":
+            runs = SharedRuns(MPI.COMM_SELF, tmp_path)
             curve = runs.run(coarse).result.curve[["displacement_mm", "force_N"]]
         else:
-            curve = Runs(tmp_path, workers=1).curves([Task(coarse)])[0]
+            with ThreadPoolExecutor(1) as pool:
+                curve = Runs(tmp_path, pool).map([CurveTask(coarse)])[0].result()
         return curve, len(computed) > before
 
     return one
@@ -80,7 +81,7 @@ def ask(
 def test_no_flipped_bit_is_used_as_if_true(
     ask: Ask, truth: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kept.os, "fsync", lambda _: None)  # 300 waits for a disk
+    monkeypatch.setattr(store.os, "fsync", lambda _: None)  # 300 waits for a disk
     assert ask()[1]
     (file,) = tmp_path.iterdir()
     whole = file.read_bytes()
@@ -101,7 +102,7 @@ def test_what_is_cut_empty_or_anothers_is_computed_again(ask: Ask, tmp_path: Pat
     ask()
     (file,) = tmp_path.iterdir()
     whole = file.read_bytes()
-    Shelf("txt", tmp_path).put("other", "displacement_mm,force_N\n0,0\n1,1\n")
+    Store(tmp_path).put(["other"], "displacement_mm,force_N\n0,0\n1,1\n")
     others = (tmp_path / "other.txt").read_bytes()
     cuts = [whole[:length] for length in (0, 10, 64, 65, len(whole) // 2, len(whole) - 1)]
     for content in (*cuts, whole + b"0", others):
@@ -139,7 +140,7 @@ def test_a_full_disk_costs_no_result(
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(kept.os, "fsync", full)
+    monkeypatch.setattr(store.os, "fsync", full)
     with pytest.warns(UserWarning, match=r"cannot be kept in .*: No space left"):
         curve, computed = ask()
     assert computed
@@ -166,12 +167,10 @@ def _fresh_provenance() -> Iterator[None]:
 def test_a_key_depends_on_all_that_computes(
     coarse: rf.BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    runs = KeptRuns(MPI.COMM_SELF, tmp_path)
-
     def keys() -> tuple[str, str]:
         provenance.libraries.cache_clear()
         provenance.source.cache_clear()
-        return runs.key(coarse), Task(coarse).key()
+        return Simulation(coarse).keys()[0], CurveTask(coarse).keys()[0]
 
     seen = {keys()}
     assert {keys()} == seen
@@ -212,13 +211,13 @@ def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Pa
         "import sys, json\n"
         "for name in sys.argv[2:]: __import__(name)\n"
         "import ramiefenics as rf\n"
-        "from ramiefenics.discovery.runs import Task\n"
-        "from ramiefenics.kept import KeptRuns\n"
+        "from ramiefenics.discovery.curves import CurveTask\n"
+        "from ramiefenics.runs import Simulation\n"
         "test = rf.read_test(sys.argv[1])\n"
-        "print(json.dumps([KeptRuns().key(test), Task(test).key()]))\n"
+        "print(json.dumps([Simulation(test).keys(), CurveTask(test).keys()]))\n"
     )
     command = [sys.executable, "-c", script, str(tmp_path / "coarse.toml")]
     command += ["pyvista", "scipy.linalg"]  # which bring libraries of linear algebra, maybe
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    here = KeptRuns(MPI.COMM_SELF, tmp_path)
-    assert json.loads(done.stdout) == [here.key(coarse), Task(coarse).key()]
+    here = [list(task.keys()) for task in (Simulation(coarse), CurveTask(coarse))]
+    assert json.loads(done.stdout) == here

@@ -1,0 +1,122 @@
+"""Simulated force curves with their derivatives, as tasks; one serves all stalks as stiff."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import io
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import pandas as pd
+
+from ramiefenics.discovery.factors import Factor
+from ramiefenics.model.laws import LAWS
+from ramiefenics.runs import Done, key_of
+from ramiefenics.runs import Task as AnyTask
+from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
+from ramiefenics.specification.files import to_dict
+
+MODULUS_MPA = 1000.0
+"""Of the outermost layer along the fibres in what is simulated."""
+
+
+@dataclass(frozen=True)
+class CurveTask:
+    """The task to simulate a force curve.
+
+    Attributes
+    ----------
+    test
+        What to simulate. Its machine does not matter.
+    factors
+        By which to differentiate the curve.
+    """
+
+    test: BendingTest
+    factors: tuple[Factor, ...] = ()
+
+    def keys(self) -> tuple[str, ...]:
+        """Return names for what comes out: with the derivatives, and without."""
+        test = to_dict(normalised(self.test)[0])
+        of_factors = [[to_dict(f) for f in some] for some in {self.factors: None, (): None}]
+        return tuple(key_of([test, some], __file__, inspect.getfile(Factor)) for some in of_factors)
+
+    def compute(self) -> str:
+        """Simulate; return the curve as CSV, in normalised moduli."""
+        from mpi4py import MPI
+
+        from ramiefenics.solve.sensitivity import Parameter, sensitivities
+        from ramiefenics.solve.simulate import simulate
+
+        with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
+            test, _ = normalised(self.test)
+            if self.factors:
+                parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in self.factors}
+                curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
+            else:
+                result = simulate(test, MPI.COMM_SELF)
+                if result.ending.kind == "interrupted":
+                    raise KeyboardInterrupt
+                curve = result.curve[["displacement_mm", "force_N"]]
+        text = io.StringIO()
+        curve.to_csv(text, index=False)
+        return text.getvalue()
+
+    def read(self, text: str) -> pd.DataFrame:
+        """Return the curve: ``displacement_mm`` of the indenter, ``force_N``, and by factor.
+
+        That column, of the factor's name, is the force's derivative by its logarithm, N.
+        """
+        curve = pd.read_csv(io.StringIO(text))
+        curve[curve.columns[1:]] *= normalised(self.test)[1]
+        return curve
+
+
+class Mapper(Protocol):
+    """Does tasks, as `Runs` does.
+
+    Attributes
+    ----------
+    asked
+        Tasks so far.
+    """
+
+    asked: int
+
+    def map(self, tasks: Sequence[AnyTask[pd.DataFrame]]) -> list[Done[pd.DataFrame]]:
+        """Return what came of tasks, in their order."""
+
+
+def simulated(runs: Mapper, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:
+    """Return the curves of tasks, in their order."""
+    return [done.result() for done in runs.map(tasks)]
+
+
+def normalised(test: BendingTest) -> tuple[BendingTest, float]:
+    """Return the simplest specification whose forces are proportional, and the factor to them.
+
+    Where all stresses scale with the moduli (`Law.homogeneous`), so do forces: one simulation
+    serves all stalks that differ by a factor on all moduli.
+    """
+    stalk, factor = test.stalk, 1.0
+    if LAWS[test.law].homogeneous:
+        factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA
+    scale = stalk.stiffness_factor / factor
+    layers = tuple(
+        dataclasses.replace(layer, material=layer.material.scaled(scale)) for layer in stalk.layers
+    )
+    stalk = dataclasses.replace(
+        stalk,
+        layers=layers,
+        position_mm=0.0,
+        stiffness_gradient_per_m=0.0,
+        reference_position_mm=0.0,
+    )
+    if stalk.taper == 0.0:
+        stalk = dataclasses.replace(stalk, measured_at_mm=0.0)
+    mesh = dataclasses.replace(test.numerics.mesh, name="")
+    numerics = dataclasses.replace(test.numerics, acoustic_check=False, mesh=mesh)
+    return dataclasses.replace(test, stalk=stalk, machine=Machine(), numerics=numerics), factor

@@ -1,0 +1,17 @@
+"""Simulations in numbers: tasks on any executor, each result kept by content."""
+
+from ramiefenics.runs.executor import Done, Runs, Task, workers
+from ramiefenics.runs.simulation import KeptRun, SharedRuns, Simulation
+from ramiefenics.runs.store import Store, key_of
+
+__all__ = [
+    "Done",
+    "KeptRun",
+    "Runs",
+    "SharedRuns",
+    "Simulation",
+    "Store",
+    "Task",
+    "key_of",
+    "workers",
+]

@@ -1,0 +1,156 @@
+"""Many tasks on any executor; what is done is kept, and never done again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, Protocol, TypeVar
+
+from loky import ProcessPoolExecutor
+
+from ramiefenics.runs.store import Store
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Task(Protocol[T_co]):
+    """Something to compute; can be sent to another process."""
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names under which it is kept, its own one first (see `key_of`)."""
+
+    def compute(self) -> str:
+        """Return the text to keep."""
+
+    def read(self, text: str) -> T_co:
+        """Return what a text tells."""
+
+
+@dataclass(frozen=True)
+class Done(Generic[T]):
+    """What came of a task.
+
+    Attributes
+    ----------
+    value
+        None if it failed.
+    error
+        Why; None if it did not.
+    """
+
+    value: T | None
+    error: Exception | None = None
+
+    def result(self) -> T:
+        """Return the value, or raise the error."""
+        if self.error is not None:
+            raise self.error
+        assert self.value is not None  # one of the two
+        return self.value
+
+
+class Runs:
+    """Does tasks that have not been done before; equal ones once.
+
+    Parameters
+    ----------
+    folder
+        Where results are kept, `RUNS` by default. Workers elsewhere must see it.
+    executor
+        Does the work, each task on one process: for instance mpi4py's `MPICommExecutor`, or
+        dask.distributed's ``client.get_executor()``. By default as many local processes as there
+        are cores.
+    on_done
+        Called with the number of distinct tasks done since the last call.
+
+    Attributes
+    ----------
+    asked, computed
+        Tasks so far; those of them that had not been done before.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None = None,
+        executor: Executor | None = None,
+        on_done: Callable[[int], None] | None = None,
+    ) -> None:
+        self._folder, self._executor = folder, executor
+        self._on_done = on_done or (lambda number: None)
+        self.asked = self.computed = 0
+
+    def map(self, tasks: Sequence[Task[T]]) -> list[Done[T]]:
+        """Do tasks; return what came of them, in their order.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the user has interrupted it; finished tasks are kept.
+        BrokenExecutor
+            If a worker died, of lack of memory perhaps; finished tasks are kept.
+        """
+        store = Store(self._folder)
+        names = [task.keys()[0] for task in tasks]
+        distinct = dict(zip(names, tasks, strict=True))
+        kept = {name: store.get(name) for name in distinct}
+        done = {n: Done(distinct[n].read(text)) for n, text in kept.items() if text is not None}
+        left = {name: task for name, task in distinct.items() if name not in done}
+        self.asked += len(tasks)
+        self.computed += len(left)
+        self._on_done(len(done))
+        if left:
+            done |= self._compute(left)
+        return [done[name] for name in names]
+
+    def _compute(self, tasks: dict[str, Task[T]]) -> dict[str, Done[T]]:
+        done: dict[str, Done[T]] = {}
+        with workers(self._executor) as pool:
+            futures = {pool.submit(compute, t, self._folder): n for n, t in tasks.items()}
+            try:
+                for future in as_completed(futures):
+                    name, error = futures[future], future.exception()
+                    if error is None:
+                        done[name] = Done(tasks[name].read(future.result()))
+                    elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
+                        done[name] = Done(None, error)
+                    else:
+                        raise error
+                    self._on_done(1)
+            except BaseException:
+                for future in futures:
+                    future.cancel()
+                raise
+        return done
+
+
+def compute(task: Task[object], folder: Path | None = None) -> str:
+    """Do a task in this process, unless it has been done before; keep and return the text."""
+    store, names = Store(folder), task.keys()
+    text = store.get(names[0])
+    if text is None:
+        text = task.compute()
+        store.put(names, text)
+    return text
+
+
+@contextmanager
+def workers(executor: Executor | None = None) -> Iterator[Executor]:
+    """Lend an executor: the given one, or as many local processes as there are cores.
+
+    The local ones start when there is work, and end with the block, at once where it fails.
+    """
+    if executor is not None:
+        yield executor
+        return
+    pool = ProcessPoolExecutor(max_workers=len(os.sched_getaffinity(0)))
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=True, kill_workers=True)
+        raise
+    pool.shutdown()

@@ -1,0 +1,112 @@
+"""Results kept in files by the content of what was asked: nothing is computed twice."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import secrets
+import warnings
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ramiefenics.model.jit import CACHE
+from ramiefenics.solve.provenance import libraries, source
+
+RUNS = CACHE.parent / "runs"
+"""Where results are kept, if nothing else is said."""
+
+
+class Store:
+    """Texts by key; what is not as it was put there counts as never put.
+
+    The first line of a file is a checksum of key and text. A file that does not match it is
+    removed, which is told once per process, so that its content is computed again.
+
+    Parameters
+    ----------
+    folder
+        Of the files, `RUNS` by default.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = RUNS if folder is None else folder
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get(self, key: str) -> str | None:
+        """Return the text of a key; None if there is none, or none that can be trusted."""
+        path = self._path(key)
+        try:
+            content = path.read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError:
+            content = b""
+        checksum, _, text = content.partition(b"\n")
+        if checksum == _checksum(key, text):
+            return text.decode("utf-8")
+        _tell_once(f"some results kept in {self._folder} are damaged; they are computed again")
+        with suppress(OSError):
+            path.unlink()
+        return None
+
+    def put(self, keys: Iterable[str], text: str) -> None:
+        """Keep a text; tell, once per process, if the file system does not let it."""
+        for key in keys:
+            self._put(key, text.encode("utf-8"))
+
+    def _put(self, key: str, content: bytes) -> None:
+        path = self._path(key)
+        partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
+        try:
+            with partial.open("xb") as file:
+                file.write(_checksum(key, content) + b"\n" + content)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)  # never half a file under that name
+        except OSError as error:
+            _tell_once(f"results cannot be kept in {self._folder}: {error.strerror}")
+            partial.unlink(missing_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.txt"
+
+
+def _checksum(key: str, text: bytes) -> bytes:
+    """Return a checksum of a text and the key it belongs to."""
+    return hashlib.sha256(key.encode() + b"\n" + text).hexdigest().encode()
+
+
+@functools.cache  # once per process, whatever the filters of warnings are
+def _tell_once(message: str) -> None:
+    warnings.warn(message, stacklevel=3)
+
+
+def key_of(content: Any, *modules: str) -> str:
+    """Return a name for what comes out, by all that it depends on.
+
+    Parameters
+    ----------
+    content
+        Nested, as JSON knows it: the specification, and what else is asked for.
+    modules
+        Files of modules other than the solver's that what is kept depends on.
+    """
+    text = json.dumps([_rounded(content), source(*modules), libraries()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _rounded(value: Any) -> Any:
+    """Return nested content with numbers to twelve digits.
+
+    A specification that is reached by another order of multiplications differs in the sixteenth;
+    in the twelfth no result feels a difference, since Newton's tolerance is far coarser.
+    """
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return f"{value:.12g}" if isinstance(value, float) else value
