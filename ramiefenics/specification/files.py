@@ -91,7 +91,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
     fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
-    hints = _hints(cls)
+    hints = _hints(typing.cast(Any, cls))
     for key in data:
         if key not in fields:
             raise _unknown(key, data[key], fields)
