@@ -16,7 +16,7 @@ from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.effects import Effect
-from ramiefenics.specification import BendingTest, MeshRecipe, ramie
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, ramie
 
 MESH = MeshRecipe(
     name="hidden",
@@ -35,7 +35,7 @@ MESH = MeshRecipe(
 """Other meshes than `discover` uses, and finer: real stalks have none. At the ends of the range its
 forces are within 1 % of the recipe `fine`, between them within 0.5 %."""
 
-ROWS, TRAVEL_MM, SPEED_MM_PER_S = 281, 14.0, 1.0 / 6.0
+TRAVEL_MM, ROW_MM, SPEED_MM_PER_S = 14.0, 0.05, 1.0 / 6.0
 GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
 """Mean and sd over the specimens, those of Tables 3 and 8."""
 
@@ -69,7 +69,15 @@ class Secret:
         return [effect.apply(test, self.amplitude) for test in tests]
 
 
-def make_dataset(folder: Path, secret: Secret, seed: int, runs: Mapper, specimens: int = 8) -> None:
+def make_dataset(
+    folder: Path,
+    secret: Secret,
+    seed: int,
+    runs: Mapper,
+    specimens: int = 8,
+    mesh: MeshRecipe = MESH,
+    travel_mm: float = TRAVEL_MM,
+) -> None:
     """Write a measured folder: stalks like the published ones, bent by the full simulator.
 
     Geometry and moduli scatter; the former, the specimens' place on the plant and where their
@@ -88,12 +96,16 @@ def make_dataset(folder: Path, secret: Secret, seed: int, runs: Mapper, specimen
         Does the simulations.
     specimens
         Their number.
+    mesh
+        Of the simulations.
+    travel_mm
+        Up to which the curves go.
     """
     rng = np.random.default_rng(seed)
-    rows, tests = _stalks(rng, specimens)
+    rows, tests = _stalks(rng, specimens, mesh, travel_mm)
     hidden = secret.apply(tests)
     curves = simulated(runs, [CurveTask(test) for test in hidden])
-    at = np.linspace(0.0, TRAVEL_MM, ROWS)
+    at = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
     (folder / "curves").mkdir(parents=True)
     for row, test, curve in zip(rows, hidden, curves, strict=True):
         force = _noisy(recorded(test, curve, at), at, rng)
@@ -105,7 +117,7 @@ def make_dataset(folder: Path, secret: Secret, seed: int, runs: Mapper, specimen
 
 
 def _stalks(
-    rng: np.random.Generator, number: int
+    rng: np.random.Generator, number: int, mesh: MeshRecipe, travel_mm: float
 ) -> tuple[list[dict[str, str]], list[BendingTest]]:
     """Return rows of `specimens.csv` and true specifications, effect excluded."""
     positions = rng.permutation(np.linspace(*HEIGHTS_MM, number))
@@ -122,7 +134,9 @@ def _stalks(
             measured_at_mm=float(ends[index]),
         )
         own = batch + rng.normal(0.0, OWN_SD, len(used))
-        tests.append(apply_factors(on_mesh(replace(test, stalk=stalk), MESH), used, own))
+        protocol = Protocol(travel_mm=travel_mm, save_every_mm=travel_mm)
+        test = on_mesh(replace(test, stalk=stalk, protocol=protocol), mesh)
+        tests.append(apply_factors(test, used, own))
         name = f"S{index + 1:02d}"
         rows.append(
             {
