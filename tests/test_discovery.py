@@ -8,11 +8,13 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import tomli_w
 
 import ramiefenics as rf
 from ramiefenics.discovery.curves import CurveTask, normalised, simulated
@@ -20,7 +22,8 @@ from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.discovery.meshes import finer
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws import LAWS
-from ramiefenics.runs import Runs
+from ramiefenics.runs import Runs, workers
+from ramiefenics.specification.files import to_dict
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -82,6 +85,46 @@ def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture
     assert secret.effect.name.replace("_", " ") in report
     assert report.count("data:image/png;base64,") == 3
     assert "://" not in report  # nothing to fetch; base64 may spell "http", but has no colon
+
+
+COARSE = rf.MeshRecipe(
+    order=1,
+    angular_elements=8,
+    wall_elements=1,
+    rind_elements=1,
+    contact_size=0.03,
+    contact_zone=0.06,
+    growth=0.3,
+    coarse_size=0.06,
+)
+FREE = ("machine_compliance", "seating_gap", "stiffness_gradient")
+"""Effects that need no simulations of their own."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", [True, False])
+def test_sealed_case_on_coarse_meshes(
+    hidden: bool, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Finite elements from end to end, few specimens, short curves; what is hidden is drawn."""
+    rng = np.random.default_rng(SEED)
+    effect = rf.EFFECTS[str(rng.choice(FREE))]
+    secret = Secret(effect, effect.typical * float(rng.uniform(1.6, 2.0)) if hidden else 0.0)
+    print(f"RAMIEFENICS_SEED={SEED}: {effect.name} {secret.amplitude:.3g}")
+    kept = tmp_path_factory.getbasetemp() / "runs"  # for both cases
+    with workers() as pool:
+        runs = Runs(kept, pool)
+        make_dataset(tmp_path, secret, SEED, runs, specimens=5, mesh=finer(COARSE), travel_mm=4.0)
+        layout = tomllib.loads((tmp_path / "dataset.toml").read_text())
+        layout["mesh"] = {**to_dict(COARSE), "name": "coarse"}
+        (tmp_path / "dataset.toml").write_text(tomli_w.dumps(layout))
+        found = rf.discover(tmp_path, {name: rf.EFFECTS[name] for name in FREE}, runs=runs)
+    if not hidden:
+        assert found.verdict == "none"
+        return
+    assert found.verdict == "cause"
+    assert found.causes == (effect.name,)
+    assert 0.5 < found.scores[effect.name].amplitude / secret.amplitude < 2.0
 
 
 @pytest.mark.slow

@@ -27,8 +27,8 @@ class Peak:
         First and last displacement around it with at least `PLATEAU` times that force. A flat
         maximum is anywhere in there.
     step_error_N
-        What the curve, read by straight lines, errs by next to the maximum, estimated from its
-        curvature. Steps that are too long make it large.
+        What the curve, read by straight lines, errs by on its plateau, at the most, estimated from
+        its curvature. Steps that are too long make it large.
     """
 
     force_N: float
@@ -58,7 +58,7 @@ def find_peak(displacement_mm: Array, force_N: Array) -> Peak:
         highest, at = float(f[top] + slope * move / 2.0), float(x[top] + move)
     level = PLATEAU * highest
     ends = _crossing(x[top::-1], f[top::-1], level), _crossing(x[top:], f[top:], level)
-    return Peak(highest, at, top < len(f) - 1, ends, _straight_error(x, f, top))
+    return Peak(highest, at, top < len(f) - 1, ends, _straight_error(x, f, top, ends))
 
 
 def _crossing(x: Array, f: Array, level: float) -> float:
@@ -71,11 +71,13 @@ def _crossing(x: Array, f: Array, level: float) -> float:
     return float(x[last - 1] + share * (x[last] - x[last - 1]))
 
 
-def _straight_error(x: Array, f: Array, top: int) -> float:
-    """Return the largest ``h^2 f'' / 8`` of the steps on either side of a point."""
+def _straight_error(x: Array, f: Array, top: int, plateau_mm: tuple[float, float]) -> float:
+    """Return the largest ``h^2 f'' / 8`` of the steps on a plateau, or next to the highest."""
     if len(f) < 3:
         return float("nan")
-    middle = min(max(top, 1), len(f) - 2)
-    steps = np.diff(x[middle - 1 : middle + 2])
-    bend = np.diff(np.diff(f[middle - 1 : middle + 2]) / steps)[0] * 2.0 / steps.sum()
-    return float(abs(bend) * steps.max() ** 2 / 8.0)
+    steps = np.diff(x)
+    bends = np.abs(np.diff(np.diff(f) / steps)) * 2.0 / (steps[1:] + steps[:-1])
+    errors = bends * np.maximum(steps[1:], steps[:-1]) ** 2 / 8.0
+    on_it = (plateau_mm[0] <= x[1:-1]) & (x[1:-1] <= plateau_mm[1])
+    on_it[min(max(top, 1), len(f) - 2) - 1] = True
+    return float(errors[on_it].max())
