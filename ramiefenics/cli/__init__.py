@@ -160,7 +160,7 @@ def _report(result: BendingResult, folder: Path) -> None:
         + (
             "unknown by the mesh, which is no recipe's (see ramiefenics converge)"
             if mesh is None
-            else f"about {mesh:.2g} N by the mesh, as on other specimens (meshes/README.md)"
+            else f"about {mesh:.2g} N by the mesh, as on the calibration stalk"
         )
     )
     typer.echo(

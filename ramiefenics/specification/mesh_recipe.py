@@ -94,7 +94,7 @@ class MeshRecipe:
     def max_force_error(self) -> float | None:
         """Relative error that the recipe makes in the maximum force, None where not measured.
 
-        The largest on three specimens, in `meshes/errors.csv`.
+        On the specimens that `meshes/README.md` names; in `meshes/errors.csv`.
         """
         return _errors().get(self.name)
 
