@@ -206,9 +206,9 @@ class Evidence:
 
     def products(self, scatter: Scatter, vectors: Array) -> Array:
         """Return all products of vectors, shape (E, n, m), by the inverse covariance."""
-        own, common, _ = self._reduce(scatter)
-        flat, onto = self._project(own, common, vectors.transpose(1, 2, 0))
-        return np.asarray(flat.T @ flat - onto.T @ onto)
+        twice = np.concatenate([vectors, vectors]).transpose(1, 2, 0)
+        _, found, _, _ = self._products(scatter.length, twice, len(vectors))(scatter)
+        return found
 
     def mean_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
         """Return the expected log factors, mean over the specimens, shape (k,).
@@ -298,14 +298,6 @@ class Evidence:
         inner = np.eye(common.shape[2]) + np.einsum("nmq,nmp->qp", common, common)
         volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum()
         return root, common, float(volume + 0.5 * np.linalg.slogdet(inner)[1])
-
-    @staticmethod
-    def _project(own: Array, common: Array, vectors: Array) -> tuple[Array, Array]:
-        """Return whitened vectors, shape (n m, columns), and what the common columns take."""
-        white = np.linalg.solve(own, vectors).reshape(-1, vectors.shape[2])
-        flat = common.reshape(len(white), -1)
-        root = np.linalg.cholesky(np.eye(flat.shape[1]) + flat.T @ flat)
-        return np.asarray(white), np.asarray(np.linalg.solve(root, flat.T @ white))
 
 
 def _posterior(gram: Array, onto: Array) -> Array:

@@ -86,9 +86,9 @@ class MeshRecipe:
         if self.serendipity and self.order == 1:
             raise SpecificationError("serendipity", True, "is for order 2 only")
         if self.name in recipe_names():
-            recipe = _defaults() | _read(self.name)
-            if any(getattr(self, key) != value for key, value in recipe.items()):
-                object.__setattr__(self, "name", "custom")
+            recipe = MeshRecipe(**_read(self.name))
+            if dataclasses.replace(self, name=recipe.name) != recipe:
+                object.__setattr__(self, "name", recipe.name)
 
     @property
     def max_force_error(self) -> float | None:
@@ -131,11 +131,6 @@ def mesh_recipe(name: str) -> MeshRecipe:
 def _read(name: str) -> dict[str, Any]:
     with (recipe_folder() / f"{name}.toml").open("rb") as stream:
         return tomllib.load(stream)
-
-
-def _defaults() -> dict[str, Any]:
-    fields = [f for f in dataclasses.fields(MeshRecipe) if f.name != "name"]
-    return {f.name: f.default for f in fields if f.default is not dataclasses.MISSING}
 
 
 @functools.cache
