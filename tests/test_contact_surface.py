@@ -23,7 +23,7 @@ def pressed(request: pytest.FixtureRequest, coarse: BendingTest) -> BendingProbl
     """A stalk halfway into all its cylinders, and pulled along them, with elements of an order."""
     changes = [f"numerics.mesh.order={request.param}", "numerics.mesh.angular_elements=8"]
     problem = BendingProblem(override(coarse, changes), MPI.COMM_SELF)
-    problem.place(TRAVEL_MM)
+    problem.place(TRAVEL_MM, TRAVEL_MM)
     motion = (ASIDE_MM, -TRAVEL_MM / 2, 0.0)
     problem.displacement.interpolate(lambda x: np.outer(motion, x[0] ** 0))
     return problem

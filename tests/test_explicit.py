@@ -59,7 +59,7 @@ def test_friction_of_many_small_steps_is_that_of_long_ones(coarse: BendingTest) 
         sliding(problem, 0.0)
         problem.contact.advance()
         for number in range(1, round(end / step) + 1):
-            problem.place(step)
+            problem.place(step, step)
             sliding(problem, number * step)
             if number < round(end / step):
                 problem.contact.advance()

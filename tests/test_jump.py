@@ -89,7 +89,7 @@ class Truss:
             fem.dirichletbc(np.array(0.0), guided, space.sub(0)),
         ]
 
-    def place(self, travel: float) -> None:
+    def place(self, travel: float, duration_s: float) -> None:
         self.target.value = self.last + travel
 
     def first_guess(self, travel: float) -> None:
@@ -196,7 +196,7 @@ def test_motion_settles_where_newton_arrives(coarse: BendingTest) -> None:
     problem = BendingProblem(coarse, MPI.COMM_WORLD)
     u = problem.displacement
     newton = Newton(problem.residual, problem.jacobian, u, problem.bcs, max_iterations=20)
-    problem.place(0.5)
+    problem.place(0.5, 0.5)
     problem.first_guess(0.5)
     tolerance = 1e-6
     outcome = DampedMotion(problem, newton).settle(tolerance, largest_update_mm=4.0)

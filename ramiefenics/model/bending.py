@@ -102,8 +102,9 @@ class BendingProblem:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""
         self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
 
-    def place(self, travel: float) -> None:
+    def place(self, travel: float, duration_s: float) -> None:
         """Push the indenter down from its last accepted position; may be called again."""
+        self.solid.duration.value = duration_s
         self.contact.place(INDENTER, -travel)
 
     def remember(self) -> None:

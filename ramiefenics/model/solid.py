@@ -46,6 +46,8 @@ class Solid:
         The unknown.
     density
         Cell-wise, tonne/mm3.
+    duration
+        Of the step from the last accepted state, s.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Solid:
         self.space = fem.functionspace(mesh, (family, self.order, (mesh.geometry.dim,)))
         self.cellwise = fem.functionspace(mesh, ("DG", 0))
         self.displacement = fem.Function(self.space, name="displacement")
+        self.duration = fem.Constant(mesh, 0.0)
         self._parameters = {
             name: self._layerwise(name, cells, [p[name] for p in parameters])
             for name in parameters[0]

@@ -36,8 +36,8 @@ class Driven(Protocol):
     @property
     def displacement(self) -> fem.Function: ...  # noqa: D102
 
-    def place(self, travel: float) -> None:
-        """Drive on from the last accepted position, mm; may be called again."""
+    def place(self, travel: float, duration_s: float) -> None:
+        """Drive on from the last accepted position by mm in s; may be called again."""
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement from which the first step is solved."""

@@ -102,6 +102,7 @@ class ExplicitTest:
         )
         self.drive = SmoothStart(self._protocol.travel_mm, settings.duration_s, settings.ramp)
         self._pushed_mm = self._push_mm = 0.0  # until now, and in this step
+        self._pushed_s = 0.0
         # of the indenter and of the supports: last evaluated, at the last step, over the travel
         self._evaluated_N: Array = np.zeros(2)
         self._forces_N: Array = np.zeros(2)
@@ -141,8 +142,9 @@ class ExplicitTest:
         """Move the indenter to where it is at a time."""
         self._push_mm = self.drive.travel(time_s) - self._pushed_mm
         self._pushed_mm += self._push_mm
-        self._problem.contact.advance()
-        self._problem.contact.place(INDENTER, -self._push_mm)
+        self._problem.remember()
+        self._problem.place(self._push_mm, time_s - self._pushed_s)
+        self._pushed_s = time_s
 
     def _residual(self) -> Array:
         """Evaluate the residual; on the way, what this rank has of the cylinders' forces."""

@@ -223,7 +223,7 @@ class QuasiStatic(Generic[T]):
 
     def _attempt(self, travel: float, length: float) -> NewtonOutcome:
         """Seek the equilibrium that continues the path."""
-        self._problem.place(length)
+        self._problem.place(length, length / self._protocol.speed_mm_per_s)
         if travel == 0.0:
             self._problem.first_guess(length)
         else:

@@ -150,7 +150,7 @@ class _Pair:
         for twin in self._twins.values():
             if self._started:
                 twin.accept()
-            twin.place(length)
+            twin.place(length, length / twin.test.protocol.speed_mm_per_s)
         self._started = True
         sizes = [self._difference()]
         for _ in range(MAX_CORRECTIONS):

@@ -98,12 +98,16 @@ class Protocol:
         Travel of the indenter along -Y, from first touch.
     save_every_mm
         Fields are saved at multiples of this travel and at the end.
+    speed_mm_per_s
+        Speed of the indenter, for materials that feel it; the study does not print its own.
     """
 
     travel_mm: float = 14.0
     save_every_mm: float = 2.0
+    speed_mm_per_s: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check that both are positive."""
+        """Check that all are positive."""
         check_number(self, "travel_mm", above=0.0, unit="mm")
         check_number(self, "save_every_mm", above=0.0, unit="mm")
+        check_number(self, "speed_mm_per_s", above=0.0, unit="mm/s")

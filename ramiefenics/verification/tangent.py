@@ -33,7 +33,7 @@ def remainders() -> list[float]:
     stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
     for _ in stepper.steps():
         pass
-    problem.place(STEP)  # friction is at work only where cylinders have moved on
+    problem.place(STEP, STEP)  # friction is at work only where cylinders have moved on
     stepper.newton.solve(1e-3, STEP)
     u = problem.displacement
     here = u.x.array.copy()
