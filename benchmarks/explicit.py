@@ -74,14 +74,16 @@ central difference method (Belytschko, Liu and Moran 2000, section 6.2):
 
 For b = 0 this is the bound of Courant, Friedrichs and Lewy (1928). w_max is the highest frequency,
 by Arnoldi's method (1951) on the tangent, renewed every 0.1 mm of travel; b = 0.06 damps vibrations
-as fast as that, and slower ones in proportion to their frequency. The indenter's velocity is
+as fast as that, and slower ones in proportion to their frequency. Slow vibrations are damped by a
+drag on what the velocity differs by from its mean over a twentieth of the test (Akervik and others
+2006). The indenter's velocity is
 
     v(t) = V (10 x^3 - 15 x^4 + 6 x^5),    x = min(t / (0.2 T), 1),    V = 14 mm / (0.9 T)
 
 for a test of duration T. Forces are means over 0.1 mm of travel on either side; nothing else is
 filtered. Multiplying all masses by f (mass scaling) has the same effect as a test shorter by the
 root of f, as the material knows no rates. Energies are balanced: the indenter's work against
-stored, kinetic, friction's and viscosity's. [model.md](model.md) tells more.
+stored, kinetic, friction's, and what damping takes. [model.md](model.md) tells more.
 
 """
 SPEED = """

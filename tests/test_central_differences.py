@@ -55,8 +55,12 @@ class Elastic:
     def residual(self) -> Array:
         return fem.assemble_vector(self._residual).array - self.load + self.spring * self.u.x.array
 
-    def motion(self, viscosity: float = 0.0) -> CentralDifferences:
-        return CentralDifferences(self.u, self.mass, self.bcs, self.residual, viscosity)
+    def motion(
+        self, viscosity: float = 0.0, drag: float = 0.0, smoothing: float = 1.0
+    ) -> CentralDifferences:
+        return CentralDifferences(
+            self.u, self.mass, self.bcs, self.residual, viscosity, drag, smoothing
+        )
 
     def size(self) -> float:
         return float(np.abs(self.u.x.array).max())
@@ -152,6 +156,38 @@ def test_viscosity_damps_a_mode_as_it_should_and_tells_what_it_takes(box: Elasti
     # kinetic and stored energy are taken a step apart: first order in w dt
     assert left / start == pytest.approx(share, abs=2.0 * w * step)
     assert motion.damping_work_Nmm / start == pytest.approx(1.0 - share, rel=0.03)
+
+
+def test_drag_damps_what_is_faster_than_its_mean(box: Elastic) -> None:
+    """Of x'' + a (x' - w) + W^2 x = 0, w' = (x' - w) / T, the slowest mode, for small a."""
+    mode, w = box.modes[:, 0], box.frequencies[0]
+    drag, smoothing = 0.02 * w, 3.0 / w
+    box.u.x.array[:] = mode
+    start = fem.assemble_scalar(box.energy)
+    motion = box.motion(drag=drag, smoothing=smoothing)
+    step = 0.3 / box.frequencies[-1]
+    number = round(50.0 / w / step)
+    for _ in range(number):
+        motion.step(step)
+    rate = drag * (w * smoothing) ** 2 / (1.0 + (w * smoothing) ** 2)
+    share = np.exp(-rate * number * step)
+    assert 0.2 < share < 0.6
+    left = fem.assemble_scalar(box.energy) + motion.kinetic_energy_Nmm
+    # of second order in a / w, besides what the energy oscillates by within a period
+    assert left / start == pytest.approx(share, rel=0.03)
+    assert motion.damping_work_Nmm / start == pytest.approx(1.0 - share, rel=0.03)
+
+
+def test_drag_lets_a_steady_motion_go_on() -> None:
+    """A free body that starts at speed V ends at V / (1 + a T): v' = -a (v - w), w' = (v - w)/T."""
+    body = Elastic((1, 1, 1), held=False)
+    drag, smoothing = 300.0, 1e-3
+    motion = body.motion(drag=drag, smoothing=smoothing)
+    motion.velocity[:] = 1e3
+    for _ in range(10_000):
+        motion.step(1e-6)
+    # explicit: of first order in the step over the smoothing time
+    assert motion.velocity == pytest.approx(1e3 / (1.0 + drag * smoothing), rel=1e-3)
 
 
 def test_free_body_keeps_its_momentum_with_changing_steps() -> None:

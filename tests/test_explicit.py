@@ -158,9 +158,10 @@ def test_slow_test_is_quasi_static(coarse: BendingTest) -> None:
     assert curve["stored_energy_Nmm"].iloc[-1] == pytest.approx(
         spent["stored_energy_Nmm"], rel=0.03
     )
-    # points that tremble slide less in one direction: friction's small part of the work is smaller
-    work = curve["friction_work_Nmm"].iloc[-1]
-    assert 0.4 * spent["friction_work_Nmm"] < work < 1.1 * spent["friction_work_Nmm"]
+    # without drag the stalk swings, and friction takes a third less
+    assert curve["friction_work_Nmm"].iloc[-1] == pytest.approx(
+        spent["friction_work_Nmm"], rel=0.05
+    )
 
 
 def arguments(test: BendingTest, folder: Path, *more: str) -> list[str]:

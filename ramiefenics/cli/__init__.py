@@ -160,7 +160,7 @@ def _report(result: BendingResult, folder: Path) -> None:
         + (
             "unknown by the mesh, which is no recipe's (see ramiefenics converge)"
             if mesh is None
-            else f"about {mesh:.2g} N by the mesh, as on the calibration stalk"
+            else f"about {mesh:.2g} N by the mesh, as the recipe made elsewhere"
         )
     )
     typer.echo(

@@ -15,7 +15,7 @@ ENERGIES = {
     "stored_energy_Nmm": ("stored", BLUE, "--"),
     "friction_work_Nmm": ("friction", GREEN, "-"),
     "kinetic_energy_Nmm": ("kinetic", VERMILION, "-"),
-    "damping_work_Nmm": ("viscosity", ORANGE, "-"),
+    "damping_work_Nmm": ("damping", ORANGE, "-"),
 }
 SHOWN = 1e-5
 """Smallest energy that is drawn, over the largest."""

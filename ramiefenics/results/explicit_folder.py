@@ -107,5 +107,7 @@ def sentences(result: ExplicitResult, implicit: BendingResult | None = None) -> 
         f"{1e6 * statistics.least_time_step_s:.3g} us and more, {statistics.wall_s:.1f} s"
     )
     if result.completed and not result.quasi_static:
-        lines.append(f"note: not quasi-static, kinetic energy above {100 * QUASI_STATIC:g} %")
+        lines.append(
+            f"note: not quasi-static, kinetic energy or damping above {100 * QUASI_STATIC:g} %"
+        )
     return lines

@@ -8,6 +8,11 @@ viscosity ``C = b dt K``, which damps a mode of frequency w by the share ``b w d
 critical damping, at no cost. With ``a = (w dt)^2`` the amplitudes obey ``x+ = (2 - a - a b) x -
 (1 - a b) x-``, which stays bounded while ``a (1 + 2 b) <= 4``: the longest stable step is
 ``2 / (w sqrt(1 + 2 b))`` for the highest w, Courant's for ``b = 0``.
+
+Slow vibrations are left by that to go on. A drag ``a M (v - w)`` on what the velocity differs by
+from its mean w over the time T past, ``w' = (v - w) / T``, damps those that are faster than T and
+does not feel a slower motion (selective frequency damping: Akervik and others 2006, Physics of
+Fluids 18, 068102).
 """
 
 from __future__ import annotations
@@ -49,6 +54,8 @@ class CentralDifferences:
         one that the next call overwrites.
     viscosity
         The b above.
+    drag_per_s, smoothing_s
+        The a and T above.
 
     Attributes
     ----------
@@ -59,7 +66,7 @@ class CentralDifferences:
     kinetic_energy_Nmm
         At the beginning of the last step.
     damping_work_Nmm
-        Taken by viscosity so far.
+        Taken by viscosity and drag so far.
     evaluations
         Calls of the residual so far.
     """
@@ -71,15 +78,18 @@ class CentralDifferences:
         bcs: list[fem.DirichletBC],
         residual: Callable[[], Array],
         viscosity: float = 0.0,
+        drag_per_s: float = 0.0,
+        smoothing_s: float = 1.0,
     ) -> None:
         self._u, self._mass, self._residual = u, mass, residual
         self.viscosity = viscosity
+        self._drag, self._smoothing = drag_per_s, smoothing_s
         self._comm = u.function_space.mesh.comm
         self._inverse_mass = 1.0 / mass
         for bc in bcs:
             dofs, owned = bc.dof_indices()
             self._inverse_mass[dofs[:owned]] = 0.0
-        self.velocity = np.zeros_like(mass)
+        self.velocity, self._smooth = np.zeros_like(mass), np.zeros_like(mass)
         self.time_s = self.kinetic_energy_Nmm = self.damping_work_Nmm = 0.0
         self.evaluations = 0
         self._last_step_s = 0.0  # the first velocity is that at the time of the displacement
@@ -105,9 +115,15 @@ class CentralDifferences:
         self._u.x.array[:] = here
         before = self.velocity
         span = (self._last_step_s + length_s) / 2.0
-        self.velocity = before - span * self._inverse_mass * forces
+        half = span * self._drag / 2.0  # the drag is that of the velocity half-way
+        pushed = span * (self._drag * self._smooth - self._inverse_mass * forces)
+        self.velocity = ((1.0 - half) * before + pushed) / (1.0 + half)
         middle = (before + self.velocity) / 2.0
         self.kinetic_energy_Nmm = self._sum(self._mass * middle**2) / 2.0
+        if self._drag:
+            fast = middle - self._smooth
+            self.damping_work_Nmm += span * self._drag * self._sum(self._mass * middle * fast)
+            self._smooth += min(span / self._smoothing, 1.0) * fast
         if self._forces is not None:  # the change of force over a step is dt K v, to first order
             self.damping_work_Nmm += ahead * self._sum(middle * (forces - self._forces))
         self._forces = forces

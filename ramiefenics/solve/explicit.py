@@ -34,6 +34,9 @@ INTERVAL_MM = 0.1
 """Travel between the points of the curve. There the longest stable step and the stabilisation of
 contact are renewed."""
 
+SMOOTHING = 0.05
+"""Share of the test over which the velocity's mean is taken, from which drag counts."""
+
 SAMPLED_STEPS = 20
 """The user is heard once in so many steps."""
 
@@ -98,7 +101,13 @@ class ExplicitTest:
         self._nodes = problem.contact.nodes()
         self.mass = settings.mass_factor * lumped_mass(problem)
         self.motion = CentralDifferences(
-            problem.displacement, self.mass, problem.bcs, self._residual, settings.viscosity
+            problem.displacement,
+            self.mass,
+            problem.bcs,
+            self._residual,
+            settings.viscosity,
+            settings.drag / settings.duration_s,
+            SMOOTHING * settings.duration_s,
         )
         self.drive = SmoothStart(self._protocol.travel_mm, settings.duration_s, settings.ramp)
         self._pushed_mm = self._push_mm = 0.0  # until now, and in this step

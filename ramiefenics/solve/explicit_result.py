@@ -36,7 +36,7 @@ class Point:
     indenter_work_Nmm, support_integral_Nmm
         Integrals over the travel of the forces of the indenter and of the supports.
     damping_work_Nmm
-        Taken by viscosity.
+        Taken by viscosity and drag.
     energy_error
         Work that became none of these energies, over the largest so far of work, energy, and force
         times travel.
@@ -143,9 +143,15 @@ class ExplicitResult:
         return float((after["kinetic_energy_Nmm"] / after["stored_energy_Nmm"]).max())
 
     @property
+    def damping_share(self) -> float:
+        """Largest ratio of what damping has taken to stored energy after the start; or NaN."""
+        after = self._judged
+        return float((after["damping_work_Nmm"] / after["stored_energy_Nmm"]).max())
+
+    @property
     def quasi_static(self) -> bool:
-        """Whether inertia was small enough, by the kinetic energy."""
-        return self.kinetic_share <= QUASI_STATIC
+        """Whether inertia was small enough, by the kinetic energy and what damping has taken."""
+        return max(self.kinetic_share, self.damping_share) <= QUASI_STATIC
 
     def differences(self, implicit: pd.DataFrame) -> tuple[float, float]:
         """Compare with a quasi-static curve of the same model, as far as both go.

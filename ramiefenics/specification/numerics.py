@@ -101,6 +101,11 @@ class Explicit:
         Damping of the highest frequency, about this share of the critical one; of lower ones in
         proportion to the frequency. Without it friction, whose tangent is not symmetric, may feed
         vibrations of crushed cells under the cylinders.
+    drag
+        Damping of what the velocity differs by from its mean over a twentieth of the duration, in
+        proportion to the mass. In the course of the test such a vibration fades by
+        ``exp(-drag / 2)``. Without it the stalk swings between its cylinders, and friction, whose
+        direction changes with every swing, holds less.
     step_share
         Time step over the longest stable one.
     max_energy_error
@@ -112,6 +117,7 @@ class Explicit:
     ramp: float = 0.2
     mass_factor: float = 1.0
     viscosity: float = 0.06
+    drag: float = 50.0
     step_share: float = 0.9
     max_energy_error: float = 0.05
 
@@ -121,6 +127,7 @@ class Explicit:
         check_number(self, "ramp", above=0.0, at_most=1.0)
         check_number(self, "mass_factor", at_least=1.0)
         check_number(self, "viscosity", at_least=0.0, at_most=0.5)
+        check_number(self, "drag", at_least=0.0, at_most=1000.0)
         check_number(self, "step_share", above=0.0, at_most=1.0)
         check_number(self, "max_energy_error", above=0.0, below=1.0)
 
