@@ -30,7 +30,7 @@ from ramiefenics import (
     simulate,
     simulate_explicitly,
 )
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.explicit_result import QUASI_STATIC
 
 MESH = "ladder_q1_1"

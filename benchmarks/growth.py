@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from record import DOCS, read_record, write_record
 
 from ramiefenics import BendingTest, override, published_test, simulate
-from ramiefenics.results.figures import BLUE, STYLE
+from ramiefenics.results.style import BLUE, STYLE
 
 REFINEMENT = (1.0, 1.5, 2.25, 2.8, 3.3)
 """Over the finest step of the first-order ladder."""

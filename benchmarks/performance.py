@@ -18,7 +18,7 @@ from convergence import MESHES
 from matplotlib.figure import Figure
 from record import DOCS, read_record, table
 
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.tangent import DIRECT_UNKNOWNS
 
 FINEST = "ladder_q2_5"

@@ -16,16 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ramiefenics.calibration.calibrate import Calibration, fit_targets
 from ramiefenics.calibration.campaign import Campaign
 from ramiefenics.calibration.designs import Design
 from ramiefenics.calibration.factors import Space
+from ramiefenics.calibration.figures import level_figure
+from ramiefenics.calibration.fit import fit_targets
 from ramiefenics.calibration.misfit import Misfit, Targets
+from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import read_study
 from ramiefenics.reconciliation.printed_design import table5
 from ramiefenics.reconciliation.reconcile import reconcile
-from ramiefenics.results.calibration_figures import level_figure
 
 ALPHA = 1.682
 CASES = {"ten specimens' mean, 1.74 N": 1.742, "a perfect measurement": 1e-6}

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from record import DOCS, run_all, table
 
 from ramiefenics import BendingTest, SpecificationWarning, override, published_test
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 PUBLISHED_N = {"table3": 84.5, "table8-1": 96.2, "table8-2": 78.65, "table8-3": 87.4}
 """Simulated forces of Table 3's stalk (Eq. 5 at its centre) and of Table 8's."""

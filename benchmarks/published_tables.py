@@ -14,8 +14,7 @@ import pandas as pd
 from ramiefenics import check_anova, published_checks, reconcile
 from ramiefenics.published.tables import printed_table
 from ramiefenics.reconciliation.printed_design import table5
-from ramiefenics.results.reconcile_report import in_words, report
-from ramiefenics.results.verification_report import markdown
+from ramiefenics.results.text import markdown
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "published_tables.md"
 
@@ -137,8 +136,8 @@ def main() -> None:
     parts = [
         f"{HEAD}## Equations, Tables 1 to 4, 7, 8, and the text\n\n{markdown(checks())}",
         TABLE_6 + markdown(table_6()),
-        f"{TABLE_5}`./run ramiefenics reconcile table5`: {in_words(repaired)}\n",
-        report(repaired),
+        f"{TABLE_5}`./run ramiefenics reconcile table5`: {' '.join(repaired.findings())}\n",
+        repaired.markdown(),
         OWN.replace("{extra}", str(EXTRA_ROWS)),
     ]
     PAGE.write_text("\n".join(parts), encoding="utf-8")

@@ -54,23 +54,18 @@ from ramiefenics.specification import (
 )
 
 if TYPE_CHECKING:
-    from ramiefenics.calibration.calibrate import Calibration, calibrate
+    from ramiefenics.calibration.calibrate import calibrate
+    from ramiefenics.calibration.outcome import Calibration
     from ramiefenics.convergence import Convergence, converge, order_and_limit
     from ramiefenics.discovery import Discovery, discover
+    from ramiefenics.measured.dataset_folder import write_dataset
+    from ramiefenics.reconciliation.outcome import Reconciliation
     from ramiefenics.reconciliation.printed_design import read_printed_design
-    from ramiefenics.reconciliation.reconcile import Reconciliation, reconcile
+    from ramiefenics.reconciliation.reconcile import reconcile
     from ramiefenics.reduction import Reduction, reduce_dataset
-    from ramiefenics.results.calibration_folder import write_calibration
-    from ramiefenics.results.convergence_folder import write_convergence
-    from ramiefenics.results.dataset_folder import write_dataset
-    from ramiefenics.results.discovery_folder import write_discovery
-    from ramiefenics.results.explicit_folder import write_explicit_folder
-    from ramiefenics.results.figures import curve_figure, section_figure
     from ramiefenics.results.folder import write_folder
-    from ramiefenics.results.pictures import deformed_picture
-    from ramiefenics.results.reconcile_report import write_reconciliation
-    from ramiefenics.results.reduction_folder import write_reduction
-    from ramiefenics.results.validation_folder import write_validation
+    from ramiefenics.solve.figures import curve_figure, section_figure
+    from ramiefenics.solve.pictures import deformed_picture
     from ramiefenics.validation import Validation, validate
 
 __all__ = [
@@ -134,45 +129,31 @@ __all__ = [
     "simulate",
     "simulate_explicitly",
     "validate",
-    "write_calibration",
-    "write_convergence",
     "write_dataset",
-    "write_discovery",
-    "write_explicit_folder",
     "write_folder",
-    "write_reconciliation",
-    "write_reduction",
     "write_test",
-    "write_validation",
 ]
 
 _ON_DEMAND = {
-    "Calibration": "calibration.calibrate",
+    "Calibration": "calibration.outcome",
     "Convergence": "convergence",
     "Discovery": "discovery",
-    "Reconciliation": "reconciliation.reconcile",
+    "Reconciliation": "reconciliation.outcome",
     "calibrate": "calibration.calibrate",
     "converge": "convergence",
-    "curve_figure": "results.figures",
-    "deformed_picture": "results.pictures",
+    "curve_figure": "solve.figures",
+    "deformed_picture": "solve.pictures",
     "discover": "discovery",
     "order_and_limit": "convergence",
     "read_printed_design": "reconciliation.printed_design",
     "reconcile": "reconciliation.reconcile",
     "reduce_dataset": "reduction",
     "Reduction": "reduction",
-    "section_figure": "results.figures",
-    "write_calibration": "results.calibration_folder",
-    "write_convergence": "results.convergence_folder",
-    "write_dataset": "results.dataset_folder",
-    "write_discovery": "results.discovery_folder",
-    "write_explicit_folder": "results.explicit_folder",
+    "section_figure": "solve.figures",
+    "write_dataset": "measured.dataset_folder",
     "write_folder": "results.folder",
-    "write_reconciliation": "results.reconcile_report",
-    "write_reduction": "results.reduction_folder",
     "Validation": "validation",
     "validate": "validation",
-    "write_validation": "results.validation_folder",
 }
 
 

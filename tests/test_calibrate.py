@@ -24,7 +24,6 @@ from ramiefenics.calibration.campaign import run_campaign
 from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.study import read_study
 from ramiefenics.cli import main
-from ramiefenics.results.calibration_folder import write_calibration
 from ramiefenics.runs import simulation, store
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
@@ -262,7 +261,7 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
     assert desired.test.fixture.friction.dynamic == pytest.approx(mu[best], abs=1e-3)
     layer = desired.test.stalk.layers[-1]
     assert layer.material.elastic.nu_XY == pytest.approx(nu[best], abs=2e-3)
-    out = write_calibration(found, tmp_path / "out")
+    out = rf.write_folder(found, tmp_path / "out")
     assert rf.read_test(out / "desirable.toml") == desired.test
     assert (out / "desirability.png").exists()
     assert f"Most desirable, {desired.worth:.3g} of 1" in (out / "report.html").read_text()
@@ -373,7 +372,7 @@ def test_folder_has_tables_figures_specification_and_report(
     truth: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
     found = calibrate(study_file(tmp_path, targets(truth, 0.5)), threads, tmp_path / "runs")
-    out = write_calibration(found, tmp_path / "out")
+    out = rf.write_folder(found, tmp_path / "out")
     runs = pd.read_csv(out / "runs.csv")
     assert len(runs) == 11
     assert runs["force_2mm_N"].to_numpy() == pytest.approx(found.runs["force_2mm_N"].to_numpy())
@@ -406,7 +405,7 @@ def test_folder_has_tables_figures_specification_and_report(
         assert min(pixels.shape[:2]) > 400
         assert 0.1 < np.all(pixels > 0.99, axis=2).mean() < 0.98
     screening_only = study_file(tmp_path, '[[responses]]\nname = "max_force_N"\n')
-    write_calibration(calibrate(screening_only, threads, tmp_path / "runs"), out)
+    rf.write_folder(calibrate(screening_only, threads, tmp_path / "runs"), out)
     assert not (out / "calibrated.toml").exists()  # what is old does not stay
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.discovery.findings import findings
 from ramiefenics.discovery.verdict import Gain, Score
-from ramiefenics.results.discovery_findings import findings
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
 

@@ -23,7 +23,6 @@ from ramiefenics.model.ellipticity import MaterialPoints, smallest_acoustic_eige
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.solid import Solid
-from ramiefenics.results.manifest import summarise
 from ramiefenics.specification.published import PHLOEM
 
 
@@ -123,6 +122,6 @@ def test_search_can_be_left_out(coarse: BendingTest) -> None:
     result = simulate(override(coarse, changes), MPI.COMM_SELF)
     assert result.curve["min_acoustic_MPa"].isna().all()
     assert result.curve["min_volume_ratio"].iloc[-1] < 1.0
-    assert summarise(result)["min_acoustic_MPa"] is None
+    assert result.summary()["min_acoustic_MPa"] is None
     with pytest.raises(SpecificationError, match="acoustic_check"):
         override(coarse, ["numerics.acoustic_check=1"])

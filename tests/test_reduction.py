@@ -337,5 +337,5 @@ def test_maize_roots_have_the_peak_loads_that_their_authors_noted(tmp_path: Path
     turned = moment / (np.pi * upright * lying**2 / 32)
     assert curves["strength_turned_MPa"].to_numpy() == pytest.approx(turned.to_numpy(), rel=1e-5)
     assert dict(curves["group"].value_counts()) == dict(noted["genotype"].value_counts())
-    written = rf.write_reduction(found, tmp_path / "out")
+    written = rf.write_folder(found, tmp_path / "out")
     assert len(pd.read_csv(written / "groups.csv")) == 3 * 9

@@ -22,8 +22,8 @@ from ramiefenics import (
     write_test,
 )
 from ramiefenics.cli import main
-from ramiefenics.results import folder as folder_module
-from ramiefenics.results.fields import to_grid
+from ramiefenics.solve import pictures
+from ramiefenics.solve.fields import to_grid
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_failed_writing_leaves_nothing_half_written(
     def fail(*_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr(folder_module, "deformed_picture", fail)
+    monkeypatch.setattr(pictures, "deformed_picture", fail)
     with pytest.raises(OSError, match="disk full"):
         write_folder(bent, tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == before

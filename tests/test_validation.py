@@ -20,7 +20,6 @@ from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
 from ramiefenics.cli import main
 from ramiefenics.published.tables import printed_values
-from ramiefenics.results.validation_folder import write_validation
 from ramiefenics.runs import simulation
 from ramiefenics.validation import Validation, read_validation, validate
 from ramiefenics.validation.prediction import DRAWS, Prediction, condition, fix, prior
@@ -244,7 +243,7 @@ def test_nothing_is_simulated_twice(asked: list[rf.BendingTest], tmp_path: Path)
 
 
 def test_folder_has_tables_figures_and_report(done: Validation, tmp_path: Path) -> None:
-    out = write_validation(done, tmp_path / "out")
+    out = rf.write_folder(done, tmp_path / "out")
     predictions = pd.read_csv(out / "predictions.csv")
     assert predictions["observation"].tolist() == ["thick", "thin"]
     assert len(pd.read_csv(out / "runs.csv")) == 32

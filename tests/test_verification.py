@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ramiefenics.results.verification_report import write_verification
-from ramiefenics.verification import STUDIES, Check, Plot, Series, Study
+from ramiefenics import write_folder
+from ramiefenics.verification import STUDIES, Check, Plot, Series, Study, Verification
 from ramiefenics.verification.beam import LayeredTube
 from ramiefenics.verification.study import at_least, at_most, near, observed_orders
 
@@ -65,8 +65,9 @@ def test_report_tells_what_fails(tmp_path: Path) -> None:
     failed = Check("a claim", 3.0, 0.0, 1.0, "reason")
     plot = Plot("x (mm)", "y (N)", (Series("one", [1.0, 2.0], [1.0, 4.0]),), log=True)
     table = pd.DataFrame({"a (mm)": [1.5, float("nan")]})
-    page = write_verification({"s": Study("A title", "Text.", (failed,), table, plot)}, tmp_path)
-    text = page.read_text()
+    found = Verification({"s": Study("A title", "Text.", (failed,), table, plot)})
+    write_folder(found, tmp_path)
+    text = (tmp_path / "verification.md").read_text()
     assert "| [s](#a-title) | a claim | 3 | 0 to 1 | reason | **no** |" in text
     assert "| 1.5 |\n|  |" in text
     assert (tmp_path / "verification" / "s.png").read_bytes().startswith(b"\x89PNG")

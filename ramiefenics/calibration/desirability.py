@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import optimize
 
-from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.factors import Array, Space
 from ramiefenics.calibration.region import Region
+from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.surface import Surface
-from ramiefenics.specification import SpecificationError
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.checks import check_choice, check_number
 
 KINDS = ("target", "maximum", "minimum")
@@ -63,6 +65,57 @@ class Goal:
             falling = (self.high - value) / (self.high - self.target)
             share = np.minimum((value - self.low) / (self.target - self.low), falling)
         return np.asarray(np.clip(share, 0.0, 1.0) ** self.exponent)
+
+
+@dataclass(frozen=True)
+class Desired:
+    """What the wishes make of the surfaces.
+
+    Attributes
+    ----------
+    space
+        The surfaces' factors.
+    surfaces, goals
+        The responses that a wish is on.
+    best
+        The most desirable point; coded, (k,).
+    worth
+        Overall desirability there; 0 where no point meets all wishes.
+    test
+        The specification there.
+    """
+
+    space: Space
+    surfaces: tuple[Surface, ...]
+    goals: tuple[Goal, ...]
+    best: Array
+    worth: float
+    test: BendingTest
+
+    def of(self, points: Array) -> Array:
+        """Return the overall desirability at coded points, shape (n,)."""
+        return overall(self.surfaces, self.goals, points)
+
+    def in_words(self) -> str:
+        """Return the most desirable point, in a sentence."""
+        if self.worth == 0.0:
+            return "No point of the region meets all wishes: its desirability is 0 everywhere."
+        at = self.space.natural(self.best)
+        values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(self.space.names, at, strict=True))
+        there = ", ".join(
+            f"{response(s.response).title} {s.predict(self.best[None])[0]:.4g} "
+            f"{response(s.response).unit}"
+            for s in self.surfaces
+        )
+        return f"Most desirable, {self.worth:.3g} of 1: {values}, with {there}."
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the most desirable point."""
+        best = self.space.natural(self.best)
+        return {
+            "natural": dict(zip(self.space.names, best, strict=True)),
+            "desirability": self.worth,
+        }
 
 
 def overall(surfaces: Sequence[Surface], goals: Sequence[Goal], points: Array) -> Array:

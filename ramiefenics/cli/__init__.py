@@ -6,7 +6,7 @@ import signal
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from mpi4py import MPI
@@ -20,18 +20,17 @@ from ramiefenics.cli.common import (
     Spec,
     claim,
     claims,
+    finish,
     load_test,
     on_first_rank,
     resumable,
+    tell_ending,
 )
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, validate_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
-
-if TYPE_CHECKING:
-    from ramiefenics.solve.result import BendingResult
 
 app = typer.Typer(
     help="Bend plant stalks on a computer.",
@@ -69,13 +68,8 @@ def bend(
     check_law(test)  # before there is a progress bar
     with progress.bending(test) as show:
         result = simulate(test, on_step=show)
-    if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.folder import write_folder
-
-        write_folder(result, folder)
-        _report(result, folder)
-    if not result.completed:
-        raise typer.Exit(1)
+    tell_ending(result.ending)
+    finish(result, folder)
 
 
 @app.command()
@@ -114,8 +108,6 @@ def discover_command(
         mesh_recipe(mesh)  # before there is a progress bar
     from ramiefenics.discovery import discover
     from ramiefenics.effects import EFFECTS, load_effects
-    from ramiefenics.results.discovery_findings import findings
-    from ramiefenics.results.discovery_folder import write_discovery
     from ramiefenics.runs import Runs, workers
 
     suspects = dict(EFFECTS)
@@ -124,12 +116,7 @@ def discover_command(
     with resumable(), workers() as pool, progress.counting() as (stage, count):
         runs = Runs(executor=pool, on_done=count)
         found = discover(dataset, suspects, mesh, runs, seed, stage)
-    write_discovery(found, folder)
-    verdict, *others = findings(found)
-    typer.echo(f"{found.verdict}: {verdict}")
-    for told in others:
-        typer.echo(told)
-    typer.echo(f"results in {folder}")
+    finish(found, folder)
 
 
 @app.command()
@@ -141,42 +128,6 @@ def specification(
 ) -> None:
     """Print a specification in full as TOML, to keep and to change."""
     typer.echo(dump_test(load_test(spec, mesh, law, assign)), nl=False)
-
-
-def _report(result: BendingResult, folder: Path) -> None:
-    from ramiefenics.solve.result import LOSSES
-
-    statistics = result.statistics
-    peak = result.peak
-    typer.echo(
-        f"{'force maximum' if peak.inside else 'force still rising at the end,'} "
-        f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
-        f"{peak.plateau_mm[0]:.2f} to {peak.plateau_mm[1]:.2f} mm; slope "
-        f"{result.slope_N_per_mm:.2f} N/mm"
-    )
-    mesh = result.mesh_error_N
-    typer.echo(
-        f"error of the maximum: {peak.step_error_N:.2g} N by the steps, "
-        + (
-            "unknown by the mesh, which is no recipe's (see ramiefenics converge)"
-            if mesh is None
-            else f"about {mesh:.2g} N by the mesh, as the recipe made elsewhere"
-        )
-    )
-    typer.echo(
-        f"{statistics.dofs} unknowns, {statistics.steps} steps, "
-        f"{statistics.newton_iterations} iterations, {statistics.cut_backs} cut-backs, "
-        f"{statistics.wall_s:.1f} s; results in {folder}"
-    )
-    for name, travel in result.losses_mm.items():
-        typer.echo(f"note: {LOSSES[name]}, from {travel:.2f} mm of travel on")
-    for jump in result.jumps:
-        typer.echo(
-            f"note: the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
-            f"{jump.energy_released_Nmm:.3g} N mm"
-        )
-    if not result.completed:
-        typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,8 +17,10 @@ from ramiefenics.cli.common import (
     MeshName,
     Spec,
     claim,
+    finish,
     load_test,
     resumable,
+    tell_ending,
 )
 from ramiefenics.specification import SpecificationError, SpecificationWarning
 
@@ -46,16 +49,7 @@ def converge_command(
     check_law(test)
     with resumable(), progress.refining() as show:
         study = converge(test, order, meshes, on_progress=show)
-    if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.convergence_folder import convergence_table, write_convergence
-
-        write_convergence(study, folder)
-        typer.echo(convergence_table(study))
-        for told in study.notes():
-            typer.echo(f"note: {told}")
-        typer.echo(f"results in {folder}")
-    if not study.completed:
-        raise typer.Exit(1)
+    finish(study, folder)
 
 
 def explicit_command(
@@ -91,15 +85,8 @@ def explicit_command(
         raise typer.Exit(1)
     with progress.moving(test) as tell:
         result = simulate_explicitly(test, on_point=tell)
-    if MPI.COMM_WORLD.rank == 0:
-        from ramiefenics.results.explicit_folder import sentences, write_explicit_folder
-
-        write_explicit_folder(result, folder, static)
-        typer.echo("\n".join([*sentences(result, static), f"results in {folder}"]))
-        if not result.completed:
-            typer.echo(f"ramiefenics: not completed: {result.ending.reason}", err=True)
-    if not result.completed:
-        raise typer.Exit(1)
+    tell_ending(result.ending)
+    finish(replace(result, implicit=static), folder)
 
 
 def verify_command(
@@ -112,18 +99,11 @@ def verify_command(
     folder = claim(out, MPI.COMM_SELF)
     from rich.progress import track
 
-    from ramiefenics.results.verification_report import write_verification
-    from ramiefenics.verification import STUDIES
+    from ramiefenics.verification import STUDIES, Verification
 
     for name in studies or []:
         if name not in STUDIES:
             raise SpecificationError("studies", name, f"must be one of {', '.join(STUDIES)}")
     warnings.simplefilter("ignore", SpecificationWarning)
     done = {name: STUDIES[name]() for name in track(studies or list(STUDIES), "verifying")}
-    for study in done.values():
-        for check in study.checks:
-            verdict = "holds" if check.passed else "FAILS"
-            typer.echo(f"{verdict}  {study.title}: {check.what} {check.value:.6g}, {check.limits}")
-    typer.echo(f"report in {write_verification(done, folder)}")
-    if not all(check.passed for study in done.values() for check in study.checks):
-        raise typer.Exit(1)
+    finish(Verification(done), folder)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 from mpi4py import MPI
@@ -23,6 +23,10 @@ from ramiefenics.specification import (
 )
 from ramiefenics.specification.bending import LAWS
 from ramiefenics.specification.published import PUBLISHED
+
+if TYPE_CHECKING:
+    from ramiefenics.results.result import Result
+    from ramiefenics.solve.quasistatic import Ending
 
 P = ParamSpec("P")
 
@@ -126,3 +130,20 @@ def resumable() -> Iterator[None]:
     if MPI.COMM_WORLD.rank == 0:
         typer.echo(f"ramiefenics: {why}; what is simulated is kept, so run it again", err=True)
     raise typer.Exit(status)
+
+
+def finish(found: Result, folder: Path) -> None:
+    """Write the folder of a result and print it, on the first rank; status 1 if incomplete."""
+    if MPI.COMM_WORLD.rank == 0:
+        from ramiefenics.results.folder import write_folder
+
+        write_folder(found, folder)
+        typer.echo(f"{found}\nresults in {folder}")
+    if not found.completed:
+        raise typer.Exit(1)
+
+
+def tell_ending(ending: Ending) -> None:
+    """Say on standard error why a simulation did not reach the whole travel, if it did not."""
+    if ending.kind != "completed" and MPI.COMM_WORLD.rank == 0:
+        typer.echo(f"ramiefenics: not completed: {ending.reason}", err=True)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
-from ramiefenics.cli.common import claim
+from ramiefenics.cli.common import claim, finish
 from ramiefenics.specification import SpecificationError
 
 FORMATS = ("instron", "columns")
@@ -40,7 +40,7 @@ def import_command(
     if format not in FORMATS:
         raise SpecificationError("format", format, f"must be {' or '.join(FORMATS)}")
     from ramiefenics.measured import TextColumns, import_columns, import_instron
-    from ramiefenics.results.dataset_folder import check_new, write_dataset
+    from ramiefenics.measured.dataset_folder import check_new, write_dataset
 
     check_new(claim(out, MPI.COMM_SELF))
     if format == "columns":
@@ -73,11 +73,5 @@ def reduce_command(
         out or Path("results") / f"{Path(dataset).resolve().name}-reduced", MPI.COMM_SELF
     )
     from ramiefenics.reduction import reduce_dataset
-    from ramiefenics.results.reduction_folder import reduction_table, write_reduction
 
-    reduction = reduce_dataset(dataset, by, seed)
-    write_reduction(reduction, folder)
-    typer.echo(reduction_table(reduction))
-    for told in reduction.notes():
-        typer.echo(f"note: {told}")
-    typer.echo(f"results in {folder}")
+    finish(reduce_dataset(dataset, by, seed), folder)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
-from ramiefenics.cli.common import claim
+from ramiefenics.cli.common import claim, finish
 
 TABLE_5 = "table5"
 
@@ -33,10 +33,4 @@ def reconcile_command(
 
     built_in = table == TABLE_5 and published is None
     design, publication = table5() if built_in else read_printed_design(table, published)
-    found = reconcile(design, publication, seed)
-    from ramiefenics.results.reconcile_report import in_words, write_reconciliation
-
-    write_reconciliation(found, folder)
-    typer.echo(found.changes.to_string(index=False))
-    typer.echo(in_words(found))
-    typer.echo(f"results in {folder}")
+    finish(reconcile(design, publication, seed), folder)

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.common import claim, resumable
-
-if TYPE_CHECKING:
-    from ramiefenics.calibration.calibrate import Calibration
-    from ramiefenics.validation import Validation
+from ramiefenics.cli.common import claim, finish, resumable
 
 
 def calibrate_command(
@@ -34,10 +30,7 @@ def calibrate_command(
     asked = read_study(study)  # before there is a progress bar
     with resumable(), progress.counting() as (stage, count):
         found = calibrate(asked, on_stage=stage, on_done=count)
-    from ramiefenics.results.calibration_folder import write_calibration
-
-    write_calibration(found, folder)
-    _tell(found, folder)
+    finish(found, folder)
 
 
 def validate_command(
@@ -57,15 +50,4 @@ def validate_command(
     asked = read_validation(study)  # before there is a progress bar
     with resumable(), progress.counting() as (stage, count):
         found = validate(asked, on_stage=stage, on_done=count)
-    from ramiefenics.results.validation_folder import write_validation
-
-    write_validation(found, folder)
-    _tell(found, folder)
-
-
-def _tell(found: Calibration | Validation, folder: Path) -> None:
-    for told in found.findings():
-        typer.echo(told)
-    typer.echo(f"results in {folder}")
-    if not found.completed:
-        raise typer.Exit(1)
+    finish(found, folder)

@@ -44,7 +44,7 @@ ALIKE = 0.9
 
 
 def discover(
-    folder: str | Path,
+    dataset: Dataset | str | Path,
     effects: Mapping[str, Effect] = EFFECTS,
     mesh: str | None = None,
     runs: Mapper | None = None,
@@ -55,8 +55,8 @@ def discover(
 
     Parameters
     ----------
-    folder
-        A data set, see `read_dataset`.
+    dataset
+        Measured data, or their folder, see `read_dataset`.
     effects
         Suspects.
     mesh
@@ -71,9 +71,10 @@ def discover(
     Raises
     ------
     SpecificationError
-        If the data set has a defect, or the baseline cannot be simulated.
+        If the folder has a defect, or the baseline cannot be simulated.
     """
-    dataset = read_dataset(folder)
+    if not isinstance(dataset, Dataset):
+        dataset = read_dataset(dataset)
     recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
     dataset = _on_mesh(dataset, recipe)
     if runs is not None:

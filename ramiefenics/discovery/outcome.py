@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
+import numpy as np
+import pandas as pd
 from scipy.stats import t as student
 
 from ramiefenics.discovery.comparison import Observed
+from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.findings import findings, with_space
 from ramiefenics.discovery.fitting import Fitted
 from ramiefenics.discovery.verdict import Gain, Score
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
+from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import to_dict
 
 
-@dataclass(frozen=True)
-class Discovery:
+@dataclass(frozen=True, repr=False)
+class Discovery(Result):
     """What was found.
 
     Attributes
@@ -49,6 +58,8 @@ class Discovery:
     simulations
         How many it took, those done before included.
     """
+
+    SUMMARY: ClassVar[str] = "verdict.json"
 
     dataset: Dataset
     observed: Observed
@@ -106,3 +117,141 @@ class Discovery:
     def _test(self, fitted: Fitted) -> BendingTest:
         model = fitted.curves.model.at(fitted.log_factors, fitted.amplitude)
         return model.test(self.dataset.baseline)
+
+    @property
+    def title(self) -> str:
+        """That of the data set, with the verdict."""
+        return f"{self.dataset.title}: {self.verdict}"
+
+    def findings(self) -> list[str]:
+        """Return the verdict, and where the fitted factors went."""
+        return findings(self)
+
+    def notes(self) -> list[str]:
+        """Return how specimens scatter, and what is put down to mesh and simulator."""
+        scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
+        return [
+            f"{len(self.dataset.specimens)} specimens, {low:g} to {high:g} mm, scatter by "
+            f"{100 * scatter.tau:.0f} % in each factor; the noise is {100 * scatter.sigma:.2g} % "
+            "of the peak force.",
+            f"Forces on the mesh recipe {self.mesh} are corrected by up to "
+            f"{100 * self._mesh_correction:+.1f} % of the peak, as a finer mesh shows; of what the "
+            f"fit leaves, up to {100 * self._put_down_to_simulator:+.1f} % is put down to mesh and "
+            "simulator.",
+        ]
+
+    @property
+    def mesh(self) -> str:
+        """Recipe of the simulations."""
+        return self.dataset.specimens[0].test.numerics.mesh.name
+
+    @property
+    def _mesh_correction(self) -> float:
+        return _largest(self.fitted.curves.mesh_correction / self.observed.peak_N[:, None])
+
+    @property
+    def _put_down_to_simulator(self) -> float:
+        return _largest(self.fitted.remaining()[1])
+
+    def overview(self) -> pd.DataFrame:
+        """Return the suspects, the most probable first."""
+        rows = []
+        gains = {n: -math.inf if s.gain is None else s.gain for n, s in self.scores.items()}
+        for name in sorted(gains, key=lambda key: -gains[key]):
+            score, unit = self.scores[name], with_space(self.effects[name].unit)
+            size = f"{score.amplitude:.3g} ± {score.error:.2g}{unit}"
+            rows.append(
+                {
+                    "suspect": name,
+                    "log-likelihood gained": "" if score.gain is None else f"{score.gain:.1f}",
+                    "amplitude": "not tested" if score.gain is None else size,
+                    "but": score.reason,
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the verdict, and what it rests on."""
+        fitted = self.fitted
+        names = (factor.name for factor in fitted.curves.model.factors)
+        return {
+            "verdict": self.verdict,
+            "causes": self.causes,
+            "amplitudes": {
+                name: {
+                    "value": self.scores[name].amplitude,
+                    "interval": self.interval(name),
+                    "unit": self.effects[name].unit,
+                }
+                for name in self.causes
+            },
+            "explained": self.explained,
+            "p_value": self.p_value,
+            "baseline_misfit_p_value": self.baseline_misfit_p_value,
+            "misfit_p_value": self.misfit_p_value,
+            "gain": None if self.gain is None else self.gain.numbers(),
+            "shape_gain": None if self.shape_gain is None else self.shape_gain.numbers(),
+            "scores": {name: dataclasses.asdict(score) for name, score in self.scores.items()},
+            "confusable_with": self.confusable_with,
+            "log_factors": dict(zip(names, fitted.log_factors, strict=True)),
+            "log_factors_over_sd": self.factor_moves,
+            "scatter": dataclasses.asdict(fitted.fit.scatter),
+            "specimens": [specimen.name for specimen in self.dataset.specimens],
+            "range_mm": self.dataset.range_mm,
+            "dataset": to_dict(self.dataset.layout),
+            "specification": to_dict(self.dataset.baseline),
+            "simulations": self.simulations,
+            "mesh": self.mesh,
+            "mesh_correction": self._mesh_correction,
+            "put_down_to_simulator": self._put_down_to_simulator,
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return the suspects' physics, and the fitted factors."""
+        physics = [(n, e.physics, e.reference) for n, e in self.effects.items()]
+        sd, moves = self.dataset.layout.fit_sd, self.factor_moves
+        factors = [(name, math.exp(sd * move), move) for name, move in moves.items()]
+        return {
+            "suspects": Table(
+                pd.DataFrame(physics, columns=["suspect", "physics", "reference"]),
+                "What was tried.",
+            ),
+            "factors": Table(
+                pd.DataFrame(factors, columns=["factor", "value", "over_sd"]),
+                "Fitted factors, mean of the specimens, and over what was known of them.",
+            ),
+        }
+
+    def figures(self) -> dict[str, Picture]:
+        """Return residuals, suspects, and predictions of specimens left out."""
+        from ramiefenics.discovery.figures import (
+            left_out_figure,
+            residual_figure,
+            suspects_figure,
+        )
+
+        return {
+            "residual": Picture(
+                lambda: residual_figure(self),
+                "What the fit of the factors leaves, before and after. Grey: specimens. "
+                "Dashed: what is put down to mesh and simulator.",
+            ),
+            "suspects": Picture(
+                lambda: suspects_figure(self),
+                "How much more probable each suspect makes the data, its amplitude fitted.",
+            ),
+            "left_out": Picture(
+                lambda: left_out_figure(self), "Each specimen predicted from all others."
+            ),
+        }
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return the fitted baseline, and that with the cause if one is named."""
+        named = {"extended": self.extended_test()} if self.verdict == "cause" else {}
+        return {"baseline": self.baseline_test(), **named}
+
+
+def _largest(shares: Array) -> float:
+    """Return the mean over specimens, shape (n, m), where it is largest."""
+    mean = shares.mean(axis=0)
+    return float(mean[np.abs(mean).argmax()])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -170,6 +171,16 @@ class Gain:
     def shown(self) -> bool:
         """Whether predictions are better by more than chance: all of the interval is below 1."""
         return self.interval[1] < 1.0
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what a summary has of it."""
+        return {
+            "rmse_before": self.rmse_before_N,
+            "rmse_after": self.rmse_after_N,
+            "ratio": self.ratio,
+            "interval": self.interval,
+            "shown": self.shown,
+        }
 
 
 def measure_gain(before_N: Array, after_N: Array, rng: np.random.Generator) -> Gain:

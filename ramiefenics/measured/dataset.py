@@ -74,6 +74,11 @@ class Dataset:
     specimens: tuple[Specimen, ...]
 
     @property
+    def title(self) -> str:
+        """As `dataset.toml` has it, or the folder's name."""
+        return self.layout.title or self.folder.name
+
+    @property
     def range_mm(self) -> tuple[float, float]:
         """Displacements between which the curves are compared."""
         ends = [float(s.curve["displacement_mm"].iloc[-1]) for s in self.specimens]

@@ -4,90 +4,27 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from ramiefenics.reconciliation.arrangement import SAME, Arrangements
+from ramiefenics.reconciliation.arrangement import Arrangements
 from ramiefenics.reconciliation.least_squares import Fit, fit
+from ramiefenics.reconciliation.outcome import (
+    DRAWS,
+    MOST_REPAIRS,
+    Reconciliation,
+    changed_rows,
+)
 from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication
 from ramiefenics.specification import SpecificationError
 
 EXTRA_ROWS = 4
 """Rows that may change beyond those that a central composite design demands: two exchanges."""
 
-MOST_REPAIRS = 20
 MOST_TRIED = 100
 """Arrangements that meet all but the sums of squares that are not linear, before giving up."""
-
-DRAWS = 100
-"""Arbitrary arrangements behind `Reconciliation.chance`."""
-
-
-@dataclass(frozen=True, eq=False)
-class Reconciliation:
-    """A printed design and its repairs.
-
-    Parameters
-    ----------
-    printed
-        As printed.
-    publication
-        What was published about it.
-    repairs
-        Coded levels, shape (rows, factors) each: all designs with as few changed rows that
-        reproduce the publication, the one with the fewest changed cells first; at most
-        `MOST_REPAIRS`. Rows with equal responses may exchange places in each; that is no other
-        repair.
-    demanded
-        How many rows must change for a central composite design, whatever was published.
-    before, after
-        Fits of the printed design and of the first repair.
-    chance
-        Share of arbitrary arrangements of the same responses whose coefficients and sums of
-        squares, rounded like the published ones, as few changed rows would have reproduced
-        too. A repair that is no accident has a small one.
-    """
-
-    printed: PrintedDesign
-    publication: Publication
-    repairs: tuple[NDArray[np.float64], ...]
-    demanded: int
-    before: Fit
-    after: Fit
-    chance: float
-
-    @property
-    def unique(self) -> bool:
-        """Whether no other repair changes as few rows."""
-        return len(self.repairs) == 1
-
-    @property
-    def rows(self) -> list[int]:
-        """Numbers of the repaired rows, from 1."""
-        return [int(i) + 1 for i in _changed(self.repairs[0], self.printed)]
-
-    @property
-    def changes(self) -> pd.DataFrame:
-        """The repaired rows: number, levels printed and repaired, response."""
-        index = np.array(self.rows) - 1
-        factors, printed = self.printed.factors, self.printed
-        columns: dict[str, object] = {"row": self.rows}
-        columns |= {f"{f}_printed": printed.points[index, i] for i, f in enumerate(factors)}
-        columns |= {f: self.repairs[0][index, i] for i, f in enumerate(factors)}
-        columns[printed.response] = printed.responses[index]
-        return pd.DataFrame(columns)
-
-    @property
-    def design(self) -> pd.DataFrame:
-        """The repaired design with its responses, in the printed order."""
-        frame = pd.DataFrame(self.repairs[0], columns=list(self.printed.factors))
-        frame.insert(0, "row", range(1, len(frame) + 1))
-        frame[self.printed.response] = self.printed.responses
-        frame["repaired"] = frame["row"].isin(self.rows)
-        return frame
 
 
 def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) -> Reconciliation:
@@ -127,7 +64,7 @@ def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) ->
             f"changes at most {most} of its {len(design.points)} rows reproduces the publication",
         )
     after = fit(repairs[0], design.responses, publication.terms)
-    changed = len(_changed(repairs[0], design))
+    changed = len(changed_rows(repairs[0], design))
     chance = _chance(design, publication, repairs[0], changed, seed)
     return Reconciliation(
         design, publication, repairs, arrangements.demanded, before, after, chance
@@ -151,13 +88,8 @@ def _repairs(arrangements: Arrangements, most_rows: int) -> tuple[NDArray[np.flo
     first = next(_reproducing(arrangements, most_rows), None)
     if first is None:
         return ()
-    fewest = len(_changed(first, arrangements.design))
+    fewest = len(changed_rows(first, arrangements.design))
     return tuple(itertools.islice(_reproducing(arrangements, fewest), MOST_REPAIRS))
-
-
-def _changed(points: NDArray[np.float64], design: PrintedDesign) -> NDArray[np.intp]:
-    """Return which rows differ from the printed ones."""
-    return np.flatnonzero(np.any(np.abs(points - design.points) > SAME, axis=1))
 
 
 def _reproducing(arrangements: Arrangements, most_rows: int) -> Iterator[NDArray[np.float64]]:

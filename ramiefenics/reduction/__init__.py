@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,9 @@ import pandas as pd
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.reduction.curves import QUANTITIES, CurveNumbers, reduce_curve, reduce_section
 from ramiefenics.reduction.groups import by_group, describe, ordered
+from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.files import to_dict
 
 __all__ = [
     "QUANTITIES",
@@ -26,9 +29,12 @@ __all__ = [
 ALL = "all"
 """The only group where no column is named."""
 
+TOLD = ("slope_N_per_mm", "peak_N", "strength_MPa")
+"""Quantities that findings tell of."""
 
-@dataclass(frozen=True)
-class Reduction:
+
+@dataclass(frozen=True, repr=False)
+class Reduction(Result):
     """A data set, reduced.
 
     Attributes
@@ -45,6 +51,8 @@ class Reduction:
     seed
         Of the resampling.
     """
+
+    SUMMARY: ClassVar[str] = "manifest.json"
 
     dataset: Dataset
     by: str | None
@@ -102,6 +110,61 @@ class Reduction:
                 f"{start.min():.3g} N: was the load cell zeroed?"
             )
         return notes
+
+    @property
+    def title(self) -> str:
+        """That of the data set."""
+        return f"{self.dataset.title}, reduced"
+
+    def findings(self) -> list[str]:
+        """Return the main means with their intervals, by group."""
+        told = []
+        for group in self.names:
+            rows = self.groups[self.groups["group"] == group].set_index("quantity")
+            cells = [f"{group}, n = {rows['n']['peak_N']}"]
+            for name in TOLD:
+                row, (title, unit) = rows.loc[name], QUANTITIES[name]
+                interval = f" ({row['low']:.4g} to {row['high']:.4g})" if row["n"] > 1 else ""
+                cells.append(f"{title} {row['mean']:.4g}{interval} {unit}")
+            told.append("; ".join(cells))
+        return told
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what was reduced, and how."""
+        return {
+            "dataset_folder": str(self.dataset.folder.resolve()),
+            "dataset": to_dict(self.dataset.layout),
+            "specification": to_dict(self.dataset.baseline),
+            "specimens": len(self.curves),
+            "by": self.by,
+            "seed": self.seed,
+            "units": {name: unit for name, (_, unit) in QUANTITIES.items()},
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return numbers by group and by specimen."""
+        means = "Means of the groups, 95 % confidence intervals, and by which method."
+        return {
+            "groups": Table(self.groups, means, digits=6),
+            "curves": Table(self.curves, "One row per specimen.", digits=6),
+        }
+
+    def figures(self) -> dict[str, Picture]:
+        """Return curves and quantities by group."""
+        from ramiefenics.reduction.figures import (
+            curves_by_group_figure,
+            quantities_by_group_figure,
+        )
+
+        return {
+            "curves": Picture(
+                lambda: curves_by_group_figure(self), "Measured curves, with the groups' means."
+            ),
+            "quantities": Picture(
+                lambda: quantities_by_group_figure(self),
+                "What the curves were reduced to, with the groups' means.",
+            ),
+        }
 
 
 def reduce_dataset(

@@ -1,1 +1,1 @@
-"""What a result becomes on disk: tables, manifest, fields, pictures."""
+"""What all studies' results have in common: words, tables, figures, folders, pages."""

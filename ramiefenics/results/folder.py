@@ -1,30 +1,27 @@
-"""The folder of a run: curve, summary, specification, fields, pictures."""
+"""The folder of any result."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
-from matplotlib.image import imsave
-
 from ramiefenics.results.draft import draft
-from ramiefenics.results.fields import write_fields
-from ramiefenics.results.figures import curve_figure, section_figure
-from ramiefenics.results.manifest import summarise
-from ramiefenics.results.pictures import deformed_picture
-from ramiefenics.solve.result import BendingResult
+from ramiefenics.results.page import page
+from ramiefenics.results.result import Result
 from ramiefenics.specification import write_test
 
 
-def write_folder(result: BendingResult, folder: str | Path) -> Path:
-    """Write curve, summary, specification, fields and pictures of a run.
+def write_folder(found: Result, folder: str | Path) -> Path:
+    """Write tables, figures, specifications, summary and page of a result.
 
-    They take the place of an earlier result in that folder, all at once.
+    They are CSV, PNG and TOML files by name, a JSON file with all that is needed to repeat it, and
+    ``report.html``, which needs no other file. They take the place of an earlier result in that
+    folder, all at once.
 
     Parameters
     ----------
-    result
-        The run, from rank 0.
+    found
+        The result of a simulation or of a study; of a simulation on several ranks, on rank 0.
     folder
         Where to; made if it does not exist.
 
@@ -35,13 +32,18 @@ def write_folder(result: BendingResult, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     with draft(folder) as made:
-        result.curve.to_csv(made / "curve.csv", index=False, float_format="%.8g")
-        summary = json.dumps(summarise(result), indent=2)
-        (made / "summary.json").write_text(summary + "\n", encoding="utf-8")
-        write_test(result.test, made / "specification.toml")
-        curve_figure(result).savefig(made / "curve.png")
-        if result.snapshots:
-            write_fields(result.snapshots, made / "fields")
-            section_figure(result).savefig(made / "section.png")
-            imsave(made / "deformed.png", deformed_picture(result))
+        place = made / found.PLACE
+        place.mkdir(exist_ok=True)
+        for name, table in found.tables().items():
+            digits = f"%.{table.digits}g"
+            table.data.to_csv(place / f"{name}.csv", index=False, float_format=digits)
+        for name, test in found.specifications().items():
+            write_test(test, place / f"{name}.toml")
+        pictures = {name: picture.png() for name, picture in found.figures().items()}
+        for name, content in pictures.items():
+            (place / f"{name}.png").write_bytes(content)
+        summary = json.dumps(found.summary(), indent=2, allow_nan=False)
+        (place / found.SUMMARY).write_text(summary + "\n", encoding="utf-8")
+        (place / "report.html").write_text(page(found, pictures), encoding="utf-8")
+        found.write_more(made)
     return folder

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,8 +13,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from ramiefenics.model.observables import Observables
+from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.solve.quasistatic import Ending
+from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import to_dict
 
 START = 0.1
 """Share of the travel after which energies are judged; before it hardly any is stored."""
@@ -86,8 +91,8 @@ class ExplicitStatistics:
     ranks: int
 
 
-@dataclass(frozen=True)
-class ExplicitResult:
+@dataclass(frozen=True, repr=False)
+class ExplicitResult(Result):
     """A test simulated with inertia.
 
     Attributes
@@ -104,12 +109,15 @@ class ExplicitResult:
     ending
         Whether the whole travel was reached, else why not: as in `BendingResult`, or
         ``energy`` if it was not conserved.
+    implicit
+        A quasi-static run of the same test on the same mesh, to compare with, if there is one.
     """
 
     test: BendingTest
     curve: pd.DataFrame
     statistics: ExplicitStatistics
     ending: Ending
+    implicit: BendingResult | None = None
 
     @property
     def completed(self) -> bool:
@@ -169,6 +177,90 @@ class ExplicitResult:
         largest = float(static.max())
         deviation = float(np.abs(curve["force_N"] - static).max())
         return float(curve["force_N"].max()) / largest - 1.0, deviation / largest
+
+    @property
+    def title(self) -> str:
+        """What this is."""
+        return "Bending test with inertia"
+
+    def findings(self) -> list[str]:
+        """Return the largest force, beside the quasi-static one, energies and cost."""
+        told = [
+            f"The largest force is {self.max_force_N:.2f} N at "
+            f"{self.displacement_at_max_mm:.2f} mm."
+        ]
+        if self.implicit is not None:
+            peak, anywhere = (100 * share for share in self.differences(self.implicit.curve))
+            told.append(
+                f"Quasi-static it is {self.implicit.max_force_N:.2f} N; the largest forces differ "
+                f"by {peak:+.2f} %, the curves nowhere by more than {anywhere:.2f} % of it."
+            )
+        if self.completed:
+            told.append(
+                f"Energy is conserved within {100 * self.energy_error:.2g} %; the kinetic energy "
+                f"is at most {100 * self.kinetic_share:.2g} % of the stored."
+            )
+        cost = self.statistics
+        return [
+            *told,
+            f"Mass {cost.mass_g:.4g} g, {cost.added_mass_g:.4g} g of it added; indenter at "
+            f"{cost.speed_mm_per_s:.4g} mm/s.",
+            f"{cost.dofs} unknowns, {cost.steps} steps of {1e6 * cost.least_time_step_s:.3g} us "
+            f"and more, {cost.wall_s:.1f} s.",
+        ]
+
+    def notes(self) -> list[str]:
+        """Return why it ended, or that inertia was large."""
+        if not self.completed:
+            return [f"not completed: {self.ending.reason}"]
+        share = f"kinetic energy or damping above {100 * QUASI_STATIC:g} %"
+        return [] if self.quasi_static else [f"not quasi-static, {share}"]
+
+    def numbers(self) -> dict[str, Any]:
+        """Return forces, energies and cost."""
+        early = math.isnan(self.kinetic_share)  # ended before energies are judged
+        return {
+            "max_force_N": self.max_force_N,
+            "displacement_at_max_mm": self.displacement_at_max_mm,
+            **self._beside_implicit(),
+            "ending": dataclasses.asdict(self.ending),
+            "reached_mm": float(self.curve["displacement_mm"].iloc[-1]),
+            "kinetic_over_stored_energy": self.kinetic_share,
+            "quasi_static": self.quasi_static,
+            "energy_error": None if early else self.energy_error,
+            "mass_factor": self.test.numerics.explicit.mass_factor,
+            **dataclasses.asdict(self.statistics),
+            "mesh": self.test.numerics.mesh.name,
+            "specification": to_dict(self.test),
+        }
+
+    def _beside_implicit(self) -> dict[str, float]:
+        if self.implicit is None:
+            return {}
+        peak, anywhere = self.differences(self.implicit.curve)
+        return {
+            "implicit_max_force_N": self.implicit.max_force_N,
+            "max_force_over_implicit": peak,
+            "largest_difference_over_implicit_max": anywhere,
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return the curve, and the quasi-static one."""
+        curves = {"curve": Table(self.curve, "One row per point.")}
+        if self.implicit is not None:
+            curves["implicit"] = Table(self.implicit.curve, "The quasi-static curve.")
+        return curves
+
+    def figures(self) -> dict[str, Picture]:
+        """Return force and energies."""
+        from ramiefenics.solve.explicit_figures import explicit_figure
+
+        caption = "Force, over the quasi-static one if there is one, and energies."
+        return {"explicit": Picture(lambda: explicit_figure(self), caption)}
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return what was simulated."""
+        return {"specification": self.test}
 
 
 def tabulate(test: BendingTest, points: list[Point]) -> pd.DataFrame:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.snapshot import Snapshot
+from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.solve.peak import Peak, find_peak
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import to_dict
 
 LOSSES = {
     "volume": "the material turns inside out",
@@ -46,8 +51,8 @@ class Statistics:
     ranks: int
 
 
-@dataclass(frozen=True)
-class BendingResult:
+@dataclass(frozen=True, repr=False)
+class BendingResult(Result):
     """A simulated test; on ranks other than the first, without snapshots.
 
     Attributes
@@ -129,6 +134,96 @@ class BendingResult:
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
         return secant_slope(self.curve["displacement_mm"], self.curve["force_N"])
+
+    @property
+    def title(self) -> str:
+        """What this is."""
+        return "Bending test"
+
+    def findings(self) -> list[str]:
+        """Return the largest force, its error, and what it cost."""
+        peak, mesh, cost = self.peak, self.mesh_error_N, self.statistics
+        first, last = peak.plateau_mm
+        return [
+            f"{'Force maximum' if peak.inside else 'Force still rising at the end,'} "
+            f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
+            f"{first:.2f} to {last:.2f} mm; slope {self.slope_N_per_mm:.2f} N/mm.",
+            f"Error of the maximum: {peak.step_error_N:.2g} N by the steps, "
+            + (
+                "unknown by the mesh, which is no recipe's (see ramiefenics converge)."
+                if mesh is None
+                else f"about {mesh:.2g} N by the mesh, as the recipe made elsewhere."
+            ),
+            f"{cost.dofs} unknowns, {cost.steps} steps, {cost.newton_iterations} iterations, "
+            f"{cost.cut_backs} cut-backs, {cost.wall_s:.1f} s.",
+        ]
+
+    def notes(self) -> list[str]:
+        """Return what the material loses, jumps, and why it ended."""
+        lost = [f"{LOSSES[n]}, from {at:.2f} mm of travel on" for n, at in self.losses_mm.items()]
+        jumps = [
+            f"the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
+            f"{jump.energy_released_Nmm:.3g} N mm"
+            for jump in self.jumps
+        ]
+        ended = [] if self.completed else [f"not completed: {self.ending.reason}"]
+        return [*lost, *jumps, *ended]
+
+    def numbers(self) -> dict[str, Any]:
+        """Return force, energies, losses and cost."""
+        curve, acoustic = self.curve, self.test.numerics.acoustic_check
+        work = float(curve["indenter_work_Nmm"].iloc[-1])
+        spent = float(curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1])
+        imbalance = float((curve["force_N"] - curve["support_force_N"]).abs().max())
+        return {
+            "max_force_N": self.max_force_N,
+            "displacement_at_max_mm": self.displacement_at_max_mm,
+            "has_force_maximum": self.has_force_maximum,
+            "plateau_mm": self.peak.plateau_mm,
+            "step_error_N": self.peak.step_error_N,
+            "mesh_error_N": self.mesh_error_N,
+            "slope_N_per_mm": self.slope_N_per_mm,
+            "ending": dataclasses.asdict(self.ending),
+            "reached_mm": float(curve["displacement_mm"].iloc[-1]),
+            "force_imbalance": imbalance / self.max_force_N if self.max_force_N > 0 else None,
+            "energy_imbalance": (work - spent) / work if work > 0 else None,
+            "min_volume_ratio": float(curve["min_volume_ratio"].min()),
+            "min_principal_stretch": float(curve["min_principal_stretch"].min()),
+            "min_acoustic_MPa": float(curve["min_acoustic_MPa"].min()) if acoustic else None,
+            "lost_at_mm": {name: self.losses_mm.get(name) for name in LOSSES},
+            "jumps": [dataclasses.asdict(jump) for jump in self.jumps],
+            **dataclasses.asdict(self.statistics),
+            "mesh": self.test.numerics.mesh.name,
+            "specification": to_dict(self.test),
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return the curve."""
+        return {"curve": Table(self.curve, "One row per step.")}
+
+    def figures(self) -> dict[str, Picture]:
+        """Return the curve; where there are snapshots, section and stalk at the last one."""
+        from ramiefenics.solve.figures import curve_figure, section_figure
+        from ramiefenics.solve.pictures import deformed_picture
+
+        drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
+        if self.snapshots:
+            drawn["section"] = Picture(
+                lambda: section_figure(self), "Midspan section, over the undeformed one."
+            )
+            drawn["deformed"] = Picture(lambda: deformed_picture(self), "The bent stalk.")
+        return drawn
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return what was simulated."""
+        return {"specification": self.test}
+
+    def write_more(self, folder: Path) -> None:
+        """Write the fields of the snapshots for ParaView."""
+        if self.snapshots:
+            from ramiefenics.solve.fields import write_fields
+
+            write_fields(self.snapshots, folder / "fields")
 
 
 def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ramiefenics.calibration.calibrate import Calibration
 from ramiefenics.calibration.campaign import Outcome
 from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.responses import Response, response
-from ramiefenics.validation.prediction import ENOUGH, Prediction, weighted_quantiles
+from ramiefenics.results.result import Picture, Result, Table
+from ramiefenics.results.text import stack
+from ramiefenics.specification.files import to_dict
+from ramiefenics.validation.findings import told_of
+from ramiefenics.validation.prediction import Prediction, weighted_quantiles
 from ramiefenics.validation.study import Split, ValidationStudy
 
 PREDICTORS = {
@@ -80,8 +86,8 @@ class Assessment:
     rule: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, repr=False)
+class Validation(Result):
     """A validation that was done.
 
     Attributes
@@ -202,7 +208,7 @@ class Validation:
 
     def findings(self) -> list[str]:
         """Return what the validation says, in plain sentences."""
-        told = [text for assessment in self.assessments for text in self._told(assessment)]
+        told = [text for part in self.assessments for text in told_of(self, part)]
         for name, seen in self.observed.items():
             ends = zip(seen.found.runs["run"], seen.found.runs["ending"], strict=True)
             told += [f"{name}: run {n} did not complete: {e}." for n, e in ends if e != "completed"]
@@ -218,59 +224,70 @@ class Validation:
             )
         return told
 
-    def _told(self, assessment: Assessment) -> list[str]:
-        title = assessment.split.title
-        table, scores = self.table(assessment), self.scores(assessment)
-        predicted = table[table["role"] == "predicted"]
-        told = [f"{title[0].upper()}{title[1:]}:"]
-        if not assessment.reached:
-            told.append(
-                "No values of the factors meet what they are calibrated on: the model is wrong, or "
-                "the priors are too narrow. What is left at the nearest counts as an error of the "
-                "model."
-            )
-        elif not assessment.reached_fixed:
-            told.append(
-                "With the nuisance factors at their defaults, the others cannot be calibrated: "
-                "they do not reach what was measured."
-            )
-        errors = [
-            f"{what} {error:.1f} % (of {number})"
-            for what, error, number in scores[["what", "rms_percent", "number"]].to_numpy()
-        ]
-        told.append(f"Root mean square errors of prediction: {', '.join(errors)}.")
-        told += _winner(scores)
-        effective = next(iter(assessment.after.values())).weighted.effective
-        if effective < ENOUGH:
-            told.append(
-                f"Only {effective:.0f} points of the prior share the weight: intervals are rough."
-            )
-        after, before = (
-            50.0 * ((predicted[high] - predicted[low]) / predicted[middle]).mean()
-            for low, middle, high in (
-                ("low", "calibrated", "high"),
-                ("prior_low", "uncalibrated", "prior_high"),
-            )
-        )
-        told.append(
-            f"What is not known leaves ± {after:.0f} % of the predictions open after the "
-            f"calibration, ± {before:.0f} % before it (95 %)."
-        )
-        missed = predicted.loc[~predicted["covered"], "observation"].tolist()
-        told.append(
-            f"{len(predicted) - len(missed)} of {len(predicted)} measurements agree with their "
-            f"prediction within both errors{'; not ' + ', '.join(missed) if missed else ''}."
-        )
-        return told
+    @property
+    def title(self) -> str:
+        """That of the study."""
+        return self.study.title or "Validation"
 
+    def overview(self) -> pd.DataFrame:
+        """Return how each predictor errs."""
+        columns = ["split", "what", "number", "rms_percent", "mean_percent", "largest_percent"]
+        return self._by_split(self.scores)[columns]
 
-def _winner(scores: pd.DataFrame) -> list[str]:
-    """Say whether the model predicts better than the rule, where there is one."""
-    errors = dict(zip(scores["predictor"], scores["rms_percent"], strict=True))
-    if "rule" not in errors:
-        return []
-    model, rule = errors["calibrated"], errors["rule"]
-    verdict = "better" if model < rule else "worse"
-    return [
-        f"The calibrated model predicts {verdict} than the rule: {model:.1f} against {rule:.1f} %."
-    ]
+    def _by_split(self, table: Callable[[Assessment], pd.DataFrame]) -> pd.DataFrame:
+        return stack({part.split.title: table(part) for part in self.assessments}, "split")
+
+    def numbers(self) -> dict[str, Any]:
+        """Return predictions, their errors, and what was asked."""
+        campaigns = [seen.found.campaign for seen in self.observed.values()]
+        return {
+            "title": self.study.title,
+            "predictions": self._by_split(self.table).to_dict("records"),
+            "scores": self._by_split(self.scores).to_dict("records"),
+            "simulations": sum(campaign.distinct for campaign in campaigns),
+            "simulated_now": sum(campaign.simulated for campaign in campaigns),
+            "cpu_s": sum(campaign.cpu_s for campaign in campaigns),
+            "study": {name: part for name, part in to_dict(self.study).items() if name != "folder"},
+            "specifications": {
+                n: to_dict(seen.found.baseline) for n, seen in self.observed.items()
+            },
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return predictions, factors, and the simulations behind them."""
+        runs = {name: seen.found.runs for name, seen in self.observed.items()}
+        surfaces = {
+            name: pd.DataFrame([seen.found.surfaces[self.study.response].quality])
+            for name, seen in self.observed.items()
+        }
+        return {
+            "predictions": Table(
+                self._by_split(self.table), "What was measured, and what each predictor says."
+            ),
+            "scores": Table(self._by_split(self.scores), "How each predictor errs."),
+            "factors": Table(
+                self._by_split(self.factors), "Priors, and what the calibration leaves of them."
+            ),
+            "swings": Table(self._by_split(self.swings)),
+            "runs": Table(stack(runs, "observation")),
+            "surfaces": Table(stack(surfaces, "observation"), "How well surfaces predict."),
+        }
+
+    def figures(self) -> dict[str, Picture]:
+        """Return predictions beside measurements, and what moves them, by split."""
+        from ramiefenics.validation.figures import nuisance_figure, prediction_figure
+
+        drawn = {}
+        for number, part in enumerate(self.assessments, start=1):
+            title = part.split.title
+            drawn[f"predictions_{number}"] = Picture(
+                partial(prediction_figure, self, part),
+                f"{title}: what was measured, and what each predictor says. Star: calibrated on.",
+            )
+            drawn[f"nuisance_{number}"] = Picture(
+                partial(nuisance_figure, self, part),
+                f"{title}: how far a factor moves the predictions, from the lower to the upper "
+                "fifth of its range, on average over the stalks predicted and all other factors. "
+                "No bar: the calibration rules out one of the fifths.",
+            )
+        return drawn

@@ -11,6 +11,7 @@ from ramiefenics.verification.hertz import hertz, penalty
 from ramiefenics.verification.locking import locking
 from ramiefenics.verification.manufactured import manufactured
 from ramiefenics.verification.patch import patch
+from ramiefenics.verification.report import Verification
 from ramiefenics.verification.sliding import sliding
 from ramiefenics.verification.stability import stability
 from ramiefenics.verification.study import Check, Plot, Series, Study
@@ -37,4 +38,4 @@ STUDIES: dict[str, Callable[[], Study]] = {
 }
 """All studies by name, in the order of the report; a new one is listed here."""
 
-__all__ = ["STUDIES", "Check", "Plot", "Series", "Study"]
+__all__ = ["STUDIES", "Check", "Plot", "Series", "Study", "Verification"]

@@ -7,21 +7,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ramiefenics.convergence import Convergence
-from ramiefenics.results.figures import GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
+from ramiefenics.convergence.study import Convergence, label_of
+from ramiefenics.results.style import GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 
 MARKS = (("k", "o"), (ORANGE, "s"), (SKY, "^"), (GREEN, "D"), (PURPLE, "v"))
 """Of every quantity."""
 
 SHADES = mpl.colormaps["viridis_r"]
 """Meshes from coarse, light, to fine, dark."""
-
-
-def label_of(quantity: str) -> str:
-    """Return a quantity's name in words."""
-    if quantity.startswith("force_"):
-        return f"force at {quantity.removeprefix('force_').removesuffix('mm_N')} mm"
-    return {"max_force_N": "maximum force", "slope_N_per_mm": "slope"}[quantity]
 
 
 def curves_figure(study: Convergence) -> Figure:
@@ -82,13 +75,10 @@ def error_figure(study: Convergence) -> Figure:
             frameon=False,
             handlelength=3.5,
         )
-        panels[0].set_title(_caption(study), fontsize=9, loc="left")
+        order = {1: "first", 2: "second"}[study.order]
+        caption = f"{len(study.runs)} meshes of {order} order"
+        panels[0].set_title(caption, fontsize=9, loc="left")
     return figure
-
-
-def _caption(study: Convergence) -> str:
-    order = {1: "first", 2: "second"}[study.order]
-    return f"{len(study.runs)} meshes of {order} order"
 
 
 def _tick(axis: Axis) -> None:

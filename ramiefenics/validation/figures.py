@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ramiefenics.results.figures import BLUE, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILION
-from ramiefenics.validation import Validation
-from ramiefenics.validation.outcome import Assessment
+from ramiefenics.results.style import BLUE, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILION
+from ramiefenics.validation.outcome import Assessment, Validation
 
 
 def prediction_figure(found: Validation, assessment: Assessment) -> Figure:

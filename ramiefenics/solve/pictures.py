@@ -7,8 +7,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Snapshot
-from ramiefenics.results.fields import to_grid
-from ramiefenics.results.figures import STRESS_COLOURS
+from ramiefenics.solve.fields import to_grid
+from ramiefenics.solve.figures import STRESS_COLOURS
 from ramiefenics.solve.result import BendingResult
 
 STEEL = "#9aa5b1"

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
-from ramiefenics.calibration.calibrate import Calibration, Desired, Fit
+from ramiefenics.calibration.desirability import Desired
 from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.fit import Fit
 from ramiefenics.calibration.identifiability import RISE
 from ramiefenics.calibration.optimum import level_points
+from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.responses import response
-from ramiefenics.results.figures import BLUE, GREY, ORANGE, STYLE, VERMILION
+from ramiefenics.results.result import Picture
+from ramiefenics.results.style import BLUE, GREY, ORANGE, STYLE, VERMILION
 
 BINS = 40
 
@@ -22,6 +27,36 @@ FILLING = 65536
 
 DRAWN = 4000
 """Points of a set, in a figure."""
+
+
+def of_fit(found: Calibration, fit: Fit) -> dict[str, Picture]:
+    """Return what is drawn of a fit, by the name of its file."""
+    number = len(found.space.factors)
+    drawn = {}
+    if number > 1:
+        drawn["optimum"] = Picture(
+            partial(optimum_figure, found, fit),
+            "The set of equally good parameters: the share of the other factors' values that "
+            "serve, over every two. Star: the point of the set nearest to the centre of the "
+            "ranges, which is as good as any other. Where no point meets the targets: all that "
+            "miss them about as much.",
+        )
+    if number == 3 and len(fit.misfit.surfaces) == 1 and fit.optimum.met:
+        drawn["level"] = Picture(
+            partial(level_figure, found, fit),
+            "Where the response is exactly the target, and a standard error beside: any point of "
+            "the surface is as good as any other.",
+        )
+    drawn["profiles"] = Picture(
+        partial(profile_figure, found, fit),
+        "Profile likelihood: how much chi-squared rises when one parameter is moved and all "
+        "others are adjusted. Where the curve stays below the dashed line the data do not object.",
+    )
+    drawn["posterior"] = Picture(
+        partial(posterior_figure, found, fit),
+        "Posterior over a flat prior in the region of the design.",
+    )
+    return drawn
 
 
 def curves_figure(found: Calibration) -> Figure:

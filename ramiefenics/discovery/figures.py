@@ -6,10 +6,10 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.discovery import Discovery
 from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.outcome import Discovery
 from ramiefenics.discovery.verdict import RIVAL
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 MOST_SPECIMENS = 12
 """Drawn one by one; there may be more."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from ramiefenics.discovery import Discovery
 from ramiefenics.discovery.verdict import Gain
+
+if TYPE_CHECKING:
+    from ramiefenics.discovery.outcome import Discovery
 
 FAR = 2.0
 """Standard deviations by which fitted factors may leave what was known of them without a word."""

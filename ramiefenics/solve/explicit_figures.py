@@ -6,9 +6,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.results.figures import BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION
 from ramiefenics.solve.explicit_result import QUASI_STATIC, ExplicitResult
-from ramiefenics.solve.result import BendingResult
 
 ENERGIES = {
     "indenter_work_Nmm": ("indenter's work", "k", "-"),
@@ -21,12 +20,12 @@ SHOWN = 1e-5
 """Smallest energy that is drawn, over the largest."""
 
 
-def explicit_figure(result: ExplicitResult, implicit: BendingResult | None = None) -> Figure:
+def explicit_figure(result: ExplicitResult) -> Figure:
     """Draw force and energies against travel; the quasi-static force over the force."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10.0, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2)
-        _draw_forces(left, result, implicit)
+        _draw_forces(left, result)
         _draw_energies(right, result)
         if not result.completed:
             figure.suptitle(result.ending.reason, fontsize=8, color=VERMILION, wrap=True)
@@ -36,12 +35,12 @@ def explicit_figure(result: ExplicitResult, implicit: BendingResult | None = Non
     return figure
 
 
-def _draw_forces(axes: Axes, result: ExplicitResult, implicit: BendingResult | None) -> None:
+def _draw_forces(axes: Axes, result: ExplicitResult) -> None:
     curve, travel = result.curve, result.curve["displacement_mm"]
     axes.plot(travel, curve["support_force_N"], color=SKY, lw=1.0, label="explicit, supports")
     axes.plot(travel, curve["force_N"], color=BLUE, lw=1.5, label="explicit, indenter")
-    if implicit is not None:
-        static = implicit.curve
+    if result.implicit is not None:
+        static = result.implicit.curve
         label = "implicit, quasi-static"
         at, force = static["displacement_mm"], static["force_N"]
         axes.plot(at, force, "o", color=VERMILION, ms=4.5, mfc="none", label=label)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
@@ -13,20 +11,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Snapshot
-from ramiefenics.results.fields import to_grid
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.solve.fields import to_grid
 from ramiefenics.solve.result import BendingResult
-
-STYLE: Any = {
-    "font.size": 10.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "figure.dpi": 200,
-}
-BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
-GREEN, SKY, ORANGE, PURPLE = "#009E73", "#56B4E9", "#E69F00", "#CC79A7"
-"""From Okabe and Ito's palette, distinct to colour-blind eyes."""
 
 LOSS_LINES = {
     "volume": ("material inside out", "-"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 
 import matplotlib as mpl
 import numpy as np
@@ -12,17 +13,37 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy import stats
 
-from ramiefenics.calibration.calibrate import Calibration
 from ramiefenics.calibration.factors import Array
+from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.surface import Surface
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.result import Picture
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 COLOURS = "cividis"
 """The same to colour-blind eyes."""
 
 LEVELS = 12
 CELLS = 81
+
+
+def of_response(found: Calibration, name: str) -> dict[str, Picture]:
+    """Return what is drawn of a response's surface, by the name of its file."""
+    label, drawn = response(name).label, {}
+    if len(found.space.factors) > 1:
+        drawn[f"contours_{name}"] = Picture(
+            partial(contour_figure, found, name),
+            f"{label}: response surface; white: runs; star: optimum; dashed: the target; dotted: "
+            "within two standard errors of it.",
+        )
+        drawn[f"surface_{name}"] = Picture(
+            partial(surface_figure, found, name),
+            f"{label} over the two factors that change it most.",
+        )
+    drawn[f"diagnostics_{name}"] = Picture(
+        partial(diagnostics_figure, found.surfaces[name]), f"{label}: what the surface leaves."
+    )
+    return drawn
 
 
 def contour_figure(found: Calibration, name: str) -> Figure:

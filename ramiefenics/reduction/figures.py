@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from ramiefenics.measured import Specimen
 from ramiefenics.measured.noise import Array
 from ramiefenics.reduction import ALL, QUANTITIES, Reduction
-from ramiefenics.results.figures import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 IN_A_ROW = 3
 GRID = 200

@@ -1,0 +1,220 @@
+"""What targets make of response surfaces: optimum, intervals, what the data fix."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.calibration.campaign import Outcome
+from ramiefenics.calibration.factors import Space
+from ramiefenics.calibration.identifiability import (
+    Information,
+    Profile,
+    in_words,
+    information,
+    profile,
+)
+from ramiefenics.calibration.misfit import Misfit
+from ramiefenics.calibration.optimum import Optimum, find_optimum
+from ramiefenics.calibration.posterior import Posterior, draw_posterior
+from ramiefenics.calibration.responses import response
+from ramiefenics.results.result import Table
+from ramiefenics.specification import BendingTest
+
+LISTED = 1000
+"""Equally good points that are written."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What the targets make of the surfaces.
+
+    Attributes
+    ----------
+    space
+        The surfaces' factors.
+    baseline
+        The specification that factors change.
+    misfit
+        Between surfaces and targets.
+    optimum
+        Where it is least, and the set of equally good parameters.
+    profiles
+        Of every factor.
+    information
+        At the optimum.
+    posterior
+        Draws, with a flat prior over the region.
+    test
+        The specification at the optimum.
+    confirmation
+        That, simulated; None if it has not been.
+    """
+
+    space: Space
+    baseline: BendingTest
+    misfit: Misfit
+    optimum: Optimum
+    profiles: tuple[Profile, ...]
+    information: Information
+    posterior: Posterior
+    test: BendingTest
+    confirmation: Outcome | None = None
+
+    def findings(self, runs: pd.DataFrame) -> list[str]:
+        """Return how near the optimum comes, and what the data fix.
+
+        Parameters
+        ----------
+        runs
+            Of the design, a column per response.
+        """
+        told = self._optimum_in_words(runs)
+        told += in_words(self.space, self.profiles, self.information)
+        if not self.posterior.trusted:
+            told.append("The chain that draws the posterior is short: take it as rough.")
+        if self.confirmation is not None and self.confirmation.ending != "completed":
+            told.append(f"The optimum did not complete: {self.confirmation.ending}.")
+        return told
+
+    def _optimum_in_words(self, runs: pd.DataFrame) -> list[str]:
+        told = []
+        targets, optimum = self.misfit.targets, self.optimum
+        result = None if self.confirmation is None else self.confirmation.result
+        for name, value, error, found in zip(
+            targets.names, targets.values, targets.errors, optimum.predicted, strict=True
+        ):
+            what = response(name)
+            simulated = (
+                "" if result is None else f" (simulated there: {what.of_result(result):.4g})"
+            )
+            told.append(
+                f"The {what.title} was measured as {value:.4g} ± {error:.2g} {what.unit} and is "
+                f"{found:.4g} {what.unit} at the optimum{simulated}; {_range(runs[name])}."
+            )
+        if optimum.met:
+            told.append(
+                f"{100.0 * optimum.share:.3g} % of the region meets the targets as well as the "
+                "optimum does, within the errors (95 %)."
+            )
+        else:
+            told.append(
+                "No point of the region meets the targets within their errors: the factors do not "
+                "reach that far, or the model is wrong. What is left at the nearest point counts "
+                "as an error of the model in what follows."
+            )
+        return told
+
+    def numbers(self) -> dict[str, Any]:
+        """Return targets, optimum, and what the data fix."""
+        optimum, targets = self.optimum, self.misfit.targets
+        names = self.space.names
+        result = None if self.confirmation is None else self.confirmation.result
+        return {
+            "targets": dict(zip(targets.names, targets.values, strict=True)),
+            "target_covariance": targets.covariance.tolist(),
+            "optimum": {
+                "natural": dict(zip(names, self.space.natural(optimum.best), strict=True)),
+                "coded": dict(zip(names, optimum.best, strict=True)),
+                "predicted": dict(zip(targets.names, optimum.predicted, strict=True)),
+                "simulated_max_force_N": None if result is None else result.max_force_N,
+                "chi2": optimum.misfit,
+                "targets_met": optimum.met,
+                "discrepancy": list(self.misfit.discrepancy),
+                "share_of_region_as_good": optimum.share,
+            },
+            "identifiability": self.identifiability().to_dict("records"),
+            "posterior_chain_length": self.posterior.chain_length,
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return what the data fix, and equally good parameters."""
+        return {
+            "identifiability": Table(self.identifiability(), "What the data fix."),
+            "information": Table(
+                self.combinations(), "Combinations of parameters, the best known first; coded."
+            ),
+            "optimum_set": Table(self.optimum_set()),
+        }
+
+    def identifiability(self) -> pd.DataFrame:
+        """Return one row per parameter: interval, verdict, and what the posterior says."""
+        low, median, high = self.space.natural(self.posterior.quantiles(0.025, 0.5, 0.975))
+        contraction = self.posterior.contraction
+        rows = []
+        for index, (factor, found) in enumerate(
+            zip(self.space.factors, self.profiles, strict=True)
+        ):
+            rows.append(
+                {
+                    "parameter": factor.name,
+                    "title": factor.title,
+                    "baseline": factor.baseline(self.baseline),
+                    "optimum": self._natural(index, float(self.optimum.best[index])),
+                    "low": self._natural(index, found.low),
+                    "high": self._natural(index, found.high),
+                    "verdict": found.verdict,
+                    "share_of_range": found.share,
+                    "posterior_low": low[index],
+                    "posterior_median": median[index],
+                    "posterior_high": high[index],
+                    "contraction": contraction[index],
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def _natural(self, factor: int, coded: float | None) -> float:
+        if coded is None:
+            return math.nan
+        point = np.zeros(len(self.space.factors))
+        point[factor] = coded
+        return float(self.space.natural(point)[factor])
+
+    def combinations(self) -> pd.DataFrame:
+        """Return one row per combination of parameters, the best known first; coded."""
+        told = self.information
+        known = {
+            "eigenvalue": told.eigenvalues,
+            "standard_error": told.errors,
+            "determined": told.determined,
+        }
+        directions = pd.DataFrame(told.directions, columns=list(self.space.names))
+        return pd.concat([pd.DataFrame(known), directions], axis=1)
+
+    def optimum_set(self) -> pd.DataFrame:
+        """Return the best point, first, and others that are as good: natural and coded values."""
+        good, names = self.optimum.good[:LISTED], self.space.names
+        table = pd.DataFrame(self.space.natural(good), columns=list(names))
+        table[[f"{name}_coded" for name in names]] = good
+        table[list(self.misfit.targets.names)] = self.misfit.predict(good)
+        table["chi2"] = self.misfit.of(good)
+        return table
+
+
+def _range(values: pd.Series) -> str:
+    low, high = values.min(), values.max()
+    share = 100.0 * (high - low) / abs(values.mean())
+    return f"the runs range from {low:.4g} to {high:.4g} ({share:.2g} %)"
+
+
+def fit_targets(misfit: Misfit, space: Space, baseline: BendingTest) -> Fit:
+    """Return what targets make of response surfaces, without any simulation.
+
+    Parameters
+    ----------
+    misfit
+        Between surfaces and targets.
+    space
+        The surfaces' factors.
+    baseline
+        The specification that factors change.
+    """
+    optimum, used = find_optimum(misfit)
+    (test,) = space.tests(baseline, optimum.best[None])
+    profiles = tuple(profile(used, number, optimum.best) for number in range(len(space.factors)))
+    known = information(used, optimum.best)
+    return Fit(space, baseline, used, optimum, profiles, known, draw_posterior(used), test)

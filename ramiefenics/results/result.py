@@ -1,0 +1,140 @@
+"""What every study gives back, in the same words."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ramiefenics.results.manifest import finite, versions
+from ramiefenics.results.text import plain
+from ramiefenics.specification import BendingTest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a result.
+
+    Attributes
+    ----------
+    data
+        Its content; columns' names have units.
+    caption
+        For the page; a table without one is only in the folder.
+    digits
+        Of numbers in the folder's file.
+    """
+
+    data: pd.DataFrame
+    caption: str = ""
+    digits: int = 8
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of a result, drawn when it is asked for.
+
+    Attributes
+    ----------
+    draw
+        Returns a figure, or RGB pixels of shape (height, width, 3).
+    caption
+        For the page.
+    """
+
+    draw: Callable[[], Figure | NDArray[np.uint8]]
+    caption: str
+
+    def png(self) -> bytes:
+        """Return it as the content of a PNG file."""
+        from matplotlib.image import imsave
+
+        drawn, file = self.draw(), BytesIO()
+        if isinstance(drawn, np.ndarray):
+            imsave(file, drawn, format="png")
+        else:
+            drawn.savefig(file, format="png")
+        return file.getvalue()
+
+
+class Result(ABC):
+    """A finished study: what it found, and what is needed to go on from there.
+
+    `write_folder` makes a folder of it; printed, it is a page to read.
+    """
+
+    SUMMARY: ClassVar[str] = "summary.json"
+    """File of the summary."""
+
+    PLACE: ClassVar[str] = "."
+    """Where in the folder of the results all that has the same name in every folder goes."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """One line."""
+
+    @property
+    def completed(self) -> bool:
+        """Whether all of it could be done."""
+        return True
+
+    @abstractmethod
+    def findings(self) -> list[str]:
+        """Return what was found, a sentence each, the most important first."""
+
+    def notes(self) -> list[str]:
+        """Return what whoever uses the findings should know, a sentence each."""
+        return []
+
+    @abstractmethod
+    def numbers(self) -> dict[str, Any]:
+        """Return what the summary has of this study; NaN and infinity become null there."""
+
+    def overview(self) -> pd.DataFrame | None:
+        """Return the table that is printed: few rows and columns."""
+        return None
+
+    def tables(self) -> dict[str, Table]:
+        """Return all tables, by the name of their file."""
+        return {}
+
+    def figures(self) -> dict[str, Picture]:
+        """Return all figures, by the name of their file."""
+        return {}
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return specifications to go on with, by the name of their file."""
+        return {}
+
+    def write_more(self, folder: Path) -> None:  # noqa: B027  most have nothing more
+        """Write what else belongs into the folder of the results."""
+
+    def summary(self) -> dict[str, Any]:
+        """Return findings, numbers and manifest as strict JSON has them."""
+        told = {"findings": self.findings(), "notes": self.notes(), "completed": self.completed}
+        summary: dict[str, Any] = finite({**told, **self.numbers(), "versions": versions()})
+        return summary
+
+    def __repr__(self) -> str:
+        """Return title, findings, overview and notes, as text."""
+        overview = self.overview()
+        table = [] if overview is None else [plain(overview)]
+        notes = (f"note: {text}" for text in self.notes())
+        return "\n".join([self.title, *self.findings(), *table, *notes])
+
+    def _repr_html_(self) -> str:
+        """Return the same as HTML, for notebooks."""
+        from ramiefenics.results.page import brief
+
+        return brief(self)

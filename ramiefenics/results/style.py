@@ -1,0 +1,17 @@
+"""What all figures share: type, lines, colours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+STYLE: Any = {
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "figure.dpi": 200,
+}
+BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
+GREEN, SKY, ORANGE, PURPLE = "#009E73", "#56B4E9", "#E69F00", "#CC79A7"
+"""From Okabe and Ito's palette, distinct to colour-blind eyes."""
