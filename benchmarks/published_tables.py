@@ -83,8 +83,8 @@ they are printed: 0.40 is known to 0.005, 0.4 to 0.05.
     pure_error = 1.01
     total = 84.13
 
-It writes `design.csv` (repaired), `changes.csv`, `report.md` with the fits before and after,
-`summary.json`, and `other_repairs.csv` if the repair is not unique.
+It writes `design.csv` (repaired), `changes.csv`, `report.md` and `report.html` with the fits
+before and after, `summary.json`, and `other_repairs.csv` if the repair is not unique.
 
 What it assumes: the design to be reached has all 2^k factorial points once, 2k axial points at
 the distance alpha, and the centre in all other rows; factorial rows stay factorial and have wrong

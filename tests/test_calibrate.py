@@ -8,12 +8,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from folders import check_folder, check_print
 from matplotlib import image
 from mpi4py import MPI
 
@@ -264,7 +264,8 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
     out = rf.write_folder(found, tmp_path / "out")
     assert rf.read_test(out / "desirable.toml") == desired.test
     assert (out / "desirability.png").exists()
-    assert f"Most desirable, {desired.worth:.3g} of 1" in (out / "report.html").read_text()
+    check_folder(out)
+    check_print(found, f"Most desirable, {desired.worth:.3g} of 1")
 
 
 def test_responses_of_a_known_curve() -> None:
@@ -355,19 +356,6 @@ def run_command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
     return int(ended.value.code or 0)
 
 
-class Page(HTMLParser):
-    """Counts what a page shows, and what it asks others for."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.sources: list[str] = []
-        self.rows = 0
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
-        self.rows += tag == "tr"
-
-
 def test_folder_has_tables_figures_specification_and_report(
     truth: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
@@ -385,7 +373,7 @@ def test_folder_has_tables_figures_specification_and_report(
     known = pd.read_csv(out / "identifiability.csv").set_index("parameter")
     assert list(known.index) == ["mu", "nu"]
     assert rf.read_test(out / "calibrated.toml") == found.fit.test  # type: ignore[union-attr]
-    summary = json.loads((out / "summary.json").read_text())
+    summary, page = check_folder(out)
     assert summary["optimum"]["targets_met"] is True
     assert summary["design"] == {
         "kind": "central composite",
@@ -394,12 +382,10 @@ def test_folder_has_tables_figures_specification_and_report(
         "alpha": pytest.approx(np.sqrt(2.0)),
     }
     assert {"statsmodels", "emcee", "ramiefenics"} <= set(summary["versions"])
-    page = Page()
-    page.feed((out / "report.html").read_text(encoding="utf-8"))
     pictures = sorted(path.stem for path in out.glob("*.png"))
-    assert len(page.sources) == len(pictures) == 4 + 3 * 2
-    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    assert len(pictures) == 4 + 3 * 2
     assert page.rows > 40
+    check_print(found, f"{found.fit.optimum.predicted[0]:.4g} N at the optimum")
     for name in pictures:
         pixels = image.imread(out / f"{name}.png")[..., :3]
         assert min(pixels.shape[:2]) > 400

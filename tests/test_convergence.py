@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from folders import check_folder
 from matplotlib import image
 from mpi4py import MPI
 
@@ -271,7 +271,10 @@ def test_command_resumes_and_writes_what_it_found(
             assert row["order"] == pytest.approx(celik_order(meshes["cells"], meshes[name]), 1e-4)
         else:
             assert math.isnan(row["order"])
-    summary = json.loads((out / "summary.json").read_text())
+    summary, page = check_folder(out)
+    limit = f"{rows['finest_value']['max_force_N']:.5g} N on the finest mesh"
+    assert f"Maximum force: {limit}" in told
+    assert f"Maximum force: {limit}" in " ".join(page.texts)
     assert summary["meshes"]["ladder_q1_2"]["dofs"] == meshes["unknowns"][1]
     assert {"dolfinx", "ramiefenics"} <= set(summary["versions"])
     assert rf.read_test(out / "specification.toml") == test

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
@@ -14,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dolfinx import fem
+from folders import check_folder
 from matplotlib import image
 from mpi4py import MPI
 
@@ -186,7 +186,8 @@ def test_command_writes_the_folder_and_reports(
     out = tmp_path / "out"
     assert read_test(out / "specification.toml") == quick
     curve, static = (pd.read_csv(out / f"{name}.csv") for name in ("curve", "implicit"))
-    summary = json.loads((out / "summary.json").read_text())
+    summary, page = check_folder(out)
+    assert f"The largest force is {summary['max_force_N']:.2f} N" in " ".join(page.texts)
     assert summary["max_force_N"] == pytest.approx(curve["force_N"].max())
     assert summary["implicit_max_force_N"] == pytest.approx(static["force_N"].max())
     assert summary["quasi_static"] is False

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from folders import check_folder, check_print
 from numpy.typing import NDArray
 from scipy import stats
 
@@ -180,6 +180,7 @@ def test_sums_of_squares_alone_leave_a_sign_open(table_5: rf.Reconciliation) -> 
     found = rf.reconcile(design, dataclasses.replace(publication, coefficients={}))
     assert not found.unique
     assert "It is not unique: one of 2 of as few rows" in " ".join(found.findings())
+    check_print(found, "7 of 20 rows")
     wanted = runs(table_5.repairs[0], design.responses)
     mirrored = runs(table_5.repairs[0] * [1.0, -1.0, 1.0] + 0.0, design.responses)
     assert sorted(runs(p, design.responses) for p in found.repairs) == sorted([wanted, mirrored])
@@ -353,7 +354,9 @@ def test_command_repairs_a_table_of_one_s_own(
     design = pd.read_csv(out / "design.csv")
     assert design.loc[design["repaired"], "row"].tolist() == list(REPAIRED)
     assert tuple(design.loc[16, ["friction", "nu phloem", "nu xylem"]]) == REPAIRED[17]
-    assert json.loads((out / "summary.json").read_text())["unique"] is True
+    summary, page = check_folder(out)
+    assert summary["unique"] is True
+    assert page.rows > 20
     assert "| coefficient, nu phloem | 0.43 |" in (out / "report.md").read_text()
     assert not (out / "other_repairs.csv").exists()
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import pyvista as pv
+from folders import check_folder, check_print
 from matplotlib import image
 from mpi4py import MPI
 
@@ -55,6 +56,12 @@ def test_summary_repeats_the_run(folder: Path, bent: BendingResult) -> None:
     assert summary["mesh"] == "screening"
     assert {"dolfinx", "petsc4py", "numpy", "ramiefenics"} <= set(summary["versions"])
     assert read_test(folder / "specification.toml") == bent.test
+
+
+def test_page_and_print_say_the_same(folder: Path, bent: BendingResult) -> None:
+    _, page = check_folder(folder)
+    assert page.rows == len(bent.curve) + 1
+    check_print(bent, f"{bent.max_force_N:.2f} N at {bent.displacement_at_max_mm:.2f} mm")
 
 
 @pytest.mark.parametrize("name", ["curve", "deformed", "section"])

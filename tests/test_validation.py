@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from folders import check_folder, check_print
 
 import ramiefenics as rf
 from ramiefenics.calibration.factors import Factor, Space
@@ -250,13 +250,11 @@ def test_folder_has_tables_figures_and_report(done: Validation, tmp_path: Path) 
     factors = pd.read_csv(out / "factors.csv").set_index("factor")
     assert factors.loc["r", "nuisance"]
     assert (factors["low"] >= factors["prior_low"]).all()
-    summary = json.loads((out / "summary.json").read_text())
+    summary, page = check_folder(out)
     assert summary["simulations"] == 32
     assert set(summary["specifications"]) == {"thick", "thin"}
-    assert "dolfinx" in summary["versions"]
-    report = (out / "report.html").read_text(encoding="utf-8")
-    assert report.count("data:image/png;base64,") == len(list(out.glob("*.png"))) == 2
-    assert "P L / 4 W" in report
+    assert len(page.sources) == 2
+    check_print(done, "P L / 4 W", "1 of 1 measurements agree")
 
 
 def test_the_shipped_study_states_what_was_published() -> None:

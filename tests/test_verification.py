@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from folders import check_folder, check_print
 
 from ramiefenics import write_folder
 from ramiefenics.verification import STUDIES, Check, Plot, Series, Study, Verification
@@ -68,6 +69,10 @@ def test_report_tells_what_fails(tmp_path: Path) -> None:
     found = Verification({"s": Study("A title", "Text.", (failed,), table, plot)})
     write_folder(found, tmp_path)
     text = (tmp_path / "verification.md").read_text()
+    summary, page = check_folder(tmp_path / "verification")
+    assert summary["completed"] is False
+    assert "reason" in page.texts
+    check_print(found, "FAILS  A title: a claim 3, 0 to 1")
     assert "| [s](#a-title) | a claim | 3 | 0 to 1 | reason | **no** |" in text
     assert "| 1.5 |\n|  |" in text
     assert (tmp_path / "verification" / "s.png").read_bytes().startswith(b"\x89PNG")

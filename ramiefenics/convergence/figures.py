@@ -7,7 +7,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ramiefenics.convergence.study import Convergence, label_of
+from ramiefenics.convergence.outcome import Convergence, label_of
 from ramiefenics.results.style import GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 
 MARKS = (("k", "o"), (ORANGE, "s"), (SKY, "^"), (GREEN, "D"), (PURPLE, "v"))

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from ramiefenics.convergence.richardson import Extrapolation, order_and_limit
+from ramiefenics.convergence.outcome import Convergence
+from ramiefenics.convergence.richardson import order_and_limit
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.observables import Observables
-from ramiefenics.results.result import Picture, Result, Table
-from ramiefenics.results.text import stack
 from ramiefenics.runs import KeptRun, SharedRuns
 from ramiefenics.solve.quasistatic import Step
 from ramiefenics.specification import BendingTest, SpecificationError, override
-from ramiefenics.specification.files import to_dict
 
 LADDERS = {order: tuple(f"ladder_q{order}_{step}" for step in range(1, 6)) for order in (1, 2)}
 """Mesh recipes by element order, coarsest first."""
@@ -36,191 +32,7 @@ MODELLED = {"quarter": 0.25, "half": 0.5, "full": 1.0}
 COST_EXPONENT = 1.5
 """Time over cells, roughly; of the ladders' runs on the calibration stalk 1.3 to 1.8."""
 
-BEHAVIOURS = {
-    "converging": "converges",
-    "oscillating": "oscillates",
-    "not converging": "does not converge",
-    "unchanged": "no longer changes",
-    "too few": "has too few meshes",
-}
-"""Of `Extrapolation.behaviour`, in words."""
-
 Progress = Callable[[float, str], None]
-
-
-def label_of(quantity: str) -> str:
-    """Return a quantity's name in words."""
-    if quantity.startswith("force_"):
-        return f"force at {quantity.removeprefix('force_').removesuffix('mm_N')} mm"
-    return {"max_force_N": "maximum force", "slope_N_per_mm": "slope"}[quantity]
-
-
-@dataclass(frozen=True, repr=False)
-class Convergence(Result):
-    """A mesh-convergence study.
-
-    Attributes
-    ----------
-    test
-        The specification; its own mesh was not used.
-    order
-        Element order of the ladder.
-    runs
-        One per mesh, coarsest first.
-    positions_mm
-        Travels at which forces are compared: at 2/7, 4/7 (to three digits) and all of the whole.
-    meshes
-        One row per mesh: ``mesh``, ``unknowns``, ``cells``, ``cell_size_mm`` (cube root of volume
-        over cells), the columns of `quantities`, ``displacement_at_max_mm``, ``reached_mm``,
-        ``ending``, ``steps``, ``newton_iterations``, ``cut_backs``, ``wall_s``, ``cpu_s``.
-    quantities
-        What the meshes tell together: ``max_force_N``, ``slope_N_per_mm``, and ``force_4mm_N`` or
-        the like for each of `positions_mm`. A mesh that did not get there does not count.
-    """
-
-    test: BendingTest
-    order: int
-    runs: tuple[KeptRun, ...]
-    positions_mm: tuple[float, ...]
-    meshes: pd.DataFrame
-    quantities: Mapping[str, Extrapolation]
-
-    @property
-    def completed(self) -> bool:
-        """Whether all meshes reached the whole travel."""
-        return all(run.result.completed for run in self.runs)
-
-    def reference(self, quantity: str) -> float:
-        """Return the Richardson limit, or, where there is none, the value of the finest mesh."""
-        limit = self.quantities[quantity].limit
-        if limit is not None:
-            return limit
-        return self._finest(quantity)
-
-    def errors(self, quantity: str) -> pd.Series:
-        """Return each mesh's distance from `reference`, a share of it; NaN for that mesh itself."""
-        reference = self.reference(quantity)
-        values = self.meshes[quantity]
-        return (values / reference - 1.0).abs().where(values != reference)
-
-    def notes(self) -> list[str]:
-        """Return what a reader must know of single runs, one sentence each."""
-        told = []
-        for name, run in zip(self.meshes["mesh"], self.runs, strict=True):
-            result = run.result
-            if not result.completed:
-                told.append(f"{name} did not complete the travel: {result.ending.reason}")
-            if "ellipticity" in result.losses_mm:
-                at = result.losses_mm["ellipticity"]
-                told.append(
-                    f"{name} loses strong ellipticity at {at:.2f} mm of travel: beyond it there is "
-                    "no limit to converge to"
-                )
-            told += [f"{name} jumps at {jump.displacement_mm:.2f} mm" for jump in result.jumps]
-        if self.meshes["steps"].nunique() > 1:
-            few, many = self.meshes["steps"].min(), self.meshes["steps"].max()
-            told.append(
-                f"{few} to {many} steps were taken: some of the differences are not the mesh's, "
-                "see numerics.stepping.max_step_mm"
-            )
-        return told
-
-    @property
-    def title(self) -> str:
-        """What this is."""
-        order = {1: "first", 2: "second"}[self.order]
-        return f"Mesh convergence, {len(self.runs)} meshes of {order} order"
-
-    def findings(self) -> list[str]:
-        """Return what each quantity converges to, and how uncertain it is."""
-        return [self._told(name, found) for name, found in self.quantities.items()]
-
-    def _told(self, name: str, found: Extrapolation) -> str:
-        label, unit = label_of(name), "N/mm" if name == "slope_N_per_mm" else "N"
-        said = f"{label[0].upper()}{label[1:]}: {self._finest(name):.5g} {unit} on the finest mesh"
-        said += f", {BEHAVIOURS[found.behaviour]}"
-        if found.order is not None:
-            said += f" with order {found.order:.2f}"
-        if found.limit is not None:
-            said += f" to {found.limit:.5g} {unit}"
-        if found.uncertainty is not None:
-            said += f"; uncertain by {100.0 * found.uncertainty:.2g} %"
-        return f"{said}."
-
-    def _finest(self, quantity: str) -> float:
-        values = self.meshes[quantity].dropna()
-        return float(values.iloc[-1]) if len(values) else math.nan
-
-    def overview(self) -> pd.DataFrame:
-        """Return sizes, quantities and cost of the meshes."""
-        cost = ["newton_iterations", "cpu_s"]
-        table = self.meshes[["mesh", "unknowns", *self.quantities, *cost]]
-        return table.rename(columns={"newton_iterations": "iterations"})
-
-    def numbers(self) -> dict[str, Any]:
-        """Return extrapolations, and size and cost of every mesh."""
-        return {
-            "order": self.order,
-            "positions_mm": self.positions_mm,
-            "quantities": {
-                name: {**dataclasses.asdict(found), "uncertainty": found.uncertainty}
-                for name, found in self.quantities.items()
-            },
-            "meshes": {
-                name: {
-                    **dataclasses.asdict(run.result.statistics),
-                    "cpu_s": run.cpu_s,
-                    "ending": dataclasses.asdict(run.result.ending),
-                    "lost_at_mm": run.result.losses_mm,
-                    "jumps": [dataclasses.asdict(jump) for jump in run.result.jumps],
-                    "recipe": to_dict(run.result.test.numerics.mesh),
-                }
-                for name, run in zip(self.meshes["mesh"], self.runs, strict=True)
-            },
-            "specification": to_dict(self.test),
-        }
-
-    def tables(self) -> dict[str, Table]:
-        """Return meshes, extrapolations and curves."""
-        curves = {
-            name: run.result.curve[["displacement_mm", "force_N"]]
-            for name, run in zip(self.meshes["mesh"], self.runs, strict=True)
-        }
-        return {
-            "convergence": Table(self.meshes, "One row per mesh."),
-            "richardson": Table(
-                self._extrapolations(),
-                "What the three finest meshes tell of each quantity. Index, change, spread and "
-                "uncertainty are shares of the finest's value.",
-            ),
-            "curves": Table(stack(curves, "mesh")),
-        }
-
-    def _extrapolations(self) -> pd.DataFrame:
-        rows = []
-        for name, found in self.quantities.items():
-            finest = self.meshes["mesh"][self.meshes[name].notna()].iloc[-3:]
-            row = {"quantity": name, "meshes": " ".join(finest), "finest_value": self._finest(name)}
-            rows.append({**row, **dataclasses.asdict(found), "uncertainty": found.uncertainty})
-        return pd.DataFrame(rows)
-
-    def figures(self) -> dict[str, Picture]:
-        """Return the curves, and the errors over the cost."""
-        from ramiefenics.convergence.figures import curves_figure, error_figure
-
-        return {
-            "curves": Picture(
-                lambda: curves_figure(self),
-                "Force against travel on all meshes; a cross where a run ended early.",
-            ),
-            "error": Picture(
-                lambda: error_figure(self), "Error of every quantity over size and cost of a mesh."
-            ),
-        }
-
-    def specifications(self) -> dict[str, BendingTest]:
-        """Return what was simulated, with its own mesh."""
-        return {"specification": self.test}
 
 
 def converge(

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -130,13 +131,14 @@ class Discovery(Result):
     def notes(self) -> list[str]:
         """Return how specimens scatter, and what is put down to mesh and simulator."""
         scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
+        mesh, left = self._corrections()
         return [
             f"{len(self.dataset.specimens)} specimens, {low:g} to {high:g} mm, scatter by "
             f"{100 * scatter.tau:.0f} % in each factor; the noise is {100 * scatter.sigma:.2g} % "
             "of the peak force.",
             f"Forces on the mesh recipe {self.mesh} are corrected by up to "
-            f"{100 * self._mesh_correction:+.1f} % of the peak, as a finer mesh shows; of what the "
-            f"fit leaves, up to {100 * self._put_down_to_simulator:+.1f} % is put down to mesh and "
+            f"{100 * mesh:+.1f} % of the peak, as a finer mesh shows; of what the "
+            f"fit leaves, up to {100 * left:+.1f} % is put down to mesh and "
             "simulator.",
         ]
 
@@ -145,13 +147,10 @@ class Discovery(Result):
         """Recipe of the simulations."""
         return self.dataset.specimens[0].test.numerics.mesh.name
 
-    @property
-    def _mesh_correction(self) -> float:
-        return _largest(self.fitted.curves.mesh_correction / self.observed.peak_N[:, None])
-
-    @property
-    def _put_down_to_simulator(self) -> float:
-        return _largest(self.fitted.remaining()[1])
+    def _corrections(self) -> tuple[float, float]:
+        """Return what is corrected for the mesh, and put down to it and the simulator."""
+        for_mesh = self.fitted.curves.mesh_correction / self.observed.peak_N[:, None]
+        return _largest(for_mesh), _largest(self.fitted.remaining()[1])
 
     def overview(self) -> pd.DataFrame:
         """Return the suspects, the most probable first."""
@@ -172,7 +171,7 @@ class Discovery(Result):
 
     def numbers(self) -> dict[str, Any]:
         """Return the verdict, and what it rests on."""
-        fitted = self.fitted
+        fitted, (mesh, left) = self.fitted, self._corrections()
         names = (factor.name for factor in fitted.curves.model.factors)
         return {
             "verdict": self.verdict,
@@ -202,8 +201,8 @@ class Discovery(Result):
             "specification": to_dict(self.dataset.baseline),
             "simulations": self.simulations,
             "mesh": self.mesh,
-            "mesh_correction": self._mesh_correction,
-            "put_down_to_simulator": self._put_down_to_simulator,
+            "mesh_correction": mesh,
+            "put_down_to_simulator": left,
         }
 
     def tables(self) -> dict[str, Table]:
@@ -224,24 +223,20 @@ class Discovery(Result):
 
     def figures(self) -> dict[str, Picture]:
         """Return residuals, suspects, and predictions of specimens left out."""
-        from ramiefenics.discovery.figures import (
-            left_out_figure,
-            residual_figure,
-            suspects_figure,
-        )
+        from ramiefenics.discovery import figures
 
         return {
             "residual": Picture(
-                lambda: residual_figure(self),
+                partial(figures.residual_figure, self),
                 "What the fit of the factors leaves, before and after. Grey: specimens. "
                 "Dashed: what is put down to mesh and simulator.",
             ),
             "suspects": Picture(
-                lambda: suspects_figure(self),
+                partial(figures.suspects_figure, self),
                 "How much more probable each suspect makes the data, its amplitude fitted.",
             ),
             "left_out": Picture(
-                lambda: left_out_figure(self), "Each specimen predicted from all others."
+                partial(figures.left_out_figure, self), "Each specimen predicted from all others."
             ),
         }
 

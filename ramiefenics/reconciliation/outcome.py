@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -49,6 +49,8 @@ class Reconciliation(Result):
         too. A repair that is no accident has a small one.
     """
 
+    title: ClassVar[str] = "Repair of a printed design"
+
     printed: PrintedDesign
     publication: Publication
     repairs: tuple[NDArray[np.float64], ...]
@@ -86,11 +88,6 @@ class Reconciliation(Result):
         frame[self.printed.response] = self.printed.responses
         frame["repaired"] = frame["row"].isin(self.rows)
         return frame
-
-    @property
-    def title(self) -> str:
-        """What this is."""
-        return "Repair of a printed design"
 
     def findings(self) -> list[str]:
         """Return which rows are repaired, how surely, and what that makes of the fit."""

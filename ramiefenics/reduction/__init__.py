@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -151,17 +152,15 @@ class Reduction(Result):
 
     def figures(self) -> dict[str, Picture]:
         """Return curves and quantities by group."""
-        from ramiefenics.reduction.figures import (
-            curves_by_group_figure,
-            quantities_by_group_figure,
-        )
+        from ramiefenics.reduction import figures
 
         return {
             "curves": Picture(
-                lambda: curves_by_group_figure(self), "Measured curves, with the groups' means."
+                partial(figures.curves_by_group_figure, self),
+                "Curves, with the groups' means.",
             ),
             "quantities": Picture(
-                lambda: quantities_by_group_figure(self),
+                partial(figures.quantities_by_group_figure, self),
                 "What the curves were reduced to, with the groups' means.",
             ),
         }

@@ -6,11 +6,21 @@ import base64
 from collections.abc import Mapping
 from pathlib import Path
 
+import pandas as pd
 from jinja2 import Environment, FileSystemLoader
+from markupsafe import Markup
 
 from ramiefenics.results.manifest import versions
 from ramiefenics.results.result import Result
 from ramiefenics.results.text import cells
+
+
+def grid(data: pd.DataFrame) -> Markup:
+    """Return a table."""
+    named = cells(data).rename(columns=lambda name: str(name).replace("_", " "))
+    with pd.option_context("display.max_colwidth", None):  # long texts as they are
+        return Markup(named.to_html(index=False, border=0))
+
 
 TEMPLATES = Environment(
     loader=FileSystemLoader(Path(__file__).parent),
@@ -18,7 +28,7 @@ TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-TEMPLATES.filters["cells"] = cells
+TEMPLATES.filters["grid"] = grid
 
 
 def brief(found: Result) -> str:

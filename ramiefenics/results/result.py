@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ramiefenics.results.manifest import finite, versions
-from ramiefenics.results.text import plain
+from ramiefenics.results.text import cells
 from ramiefenics.specification import BendingTest
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Result(ABC):
     @property
     @abstractmethod
     def title(self) -> str:
-        """One line."""
+        """What this is, in a line."""
 
     @property
     def completed(self) -> bool:
@@ -129,7 +129,7 @@ class Result(ABC):
     def __repr__(self) -> str:
         """Return title, findings, overview and notes, as text."""
         overview = self.overview()
-        table = [] if overview is None else [plain(overview)]
+        table = [] if overview is None else [cells(overview).to_string(index=False)]
         notes = (f"note: {text}" for text in self.notes())
         return "\n".join([self.title, *self.findings(), *table, *notes])
 

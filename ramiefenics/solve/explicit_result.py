@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -113,6 +113,8 @@ class ExplicitResult(Result):
         A quasi-static run of the same test on the same mesh, to compare with, if there is one.
     """
 
+    title: ClassVar[str] = "Bending test with inertia"
+
     test: BendingTest
     curve: pd.DataFrame
     statistics: ExplicitStatistics
@@ -177,11 +179,6 @@ class ExplicitResult(Result):
         largest = float(static.max())
         deviation = float(np.abs(curve["force_N"] - static).max())
         return float(curve["force_N"].max()) / largest - 1.0, deviation / largest
-
-    @property
-    def title(self) -> str:
-        """What this is."""
-        return "Bending test with inertia"
 
     def findings(self) -> list[str]:
         """Return the largest force, beside the quasi-static one, energies and cost."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
@@ -73,6 +73,8 @@ class BendingResult(Result):
         Dynamic transitions on the way.
     """
 
+    title: ClassVar[str] = "Bending test"
+
     test: BendingTest
     curve: pd.DataFrame
     snapshots: tuple[Snapshot, ...]
@@ -134,11 +136,6 @@ class BendingResult(Result):
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
         return secant_slope(self.curve["displacement_mm"], self.curve["force_N"])
-
-    @property
-    def title(self) -> str:
-        """What this is."""
-        return "Bending test"
 
     def findings(self) -> list[str]:
         """Return the largest force, its error, and what it cost."""

@@ -264,7 +264,7 @@ class Validation(Result):
             "predictions": Table(
                 self._by_split(self.table), "What was measured, and what each predictor says."
             ),
-            "scores": Table(self._by_split(self.scores), "How each predictor errs."),
+            "scores": Table(self._by_split(self.scores)),
             "factors": Table(
                 self._by_split(self.factors), "Priors, and what the calibration leaves of them."
             ),

@@ -43,13 +43,9 @@ class Verification(Result):
     """
 
     PLACE: ClassVar[str] = NAME
+    title: ClassVar[str] = "Verification"
 
     studies: Mapping[str, Study]
-
-    @property
-    def title(self) -> str:
-        """What this is."""
-        return "Verification"
 
     @property
     def completed(self) -> bool:

@@ -1,0 +1,60 @@
+"""What every folder of results must be, whatever the study."""
+
+from __future__ import annotations
+
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+from ramiefenics.results.result import Result
+
+
+class Page(HTMLParser):
+    """What a page says and shows, and what it asks others for."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.texts: list[str] = []
+        self.sources: list[str] = []
+        self.rows = 0
+        self.feed(text)
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data.strip())
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
+        self.rows += tag == "tr"
+
+
+def refuse(constant: str) -> None:
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def check_folder(folder: Path, summary: str = "summary.json") -> tuple[dict[str, Any], Page]:
+    """Check summary and page against each other and the pictures; return both."""
+    told = json.loads((folder / summary).read_text(), parse_constant=refuse)
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert "://" not in text  # nothing to fetch; base64 may spell "http", but has no colon
+    page = Page(text)
+    assert len(page.sources) == len(list(folder.glob("*.png")))
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    assert told["findings"]
+    assert set(told["findings"]) <= set(page.texts)
+    assert {"dolfinx", "ramiefenics"} <= set(told["versions"])
+    return told, page
+
+
+def check_print(found: Result, *numbers: str) -> None:
+    """Check that a result prints the same, and the numbers, to a terminal and in a notebook."""
+    printed, page = repr(found), Page(found._repr_html_())
+    assert printed == str(found)
+    for text in found.findings():
+        assert text in printed
+        assert text in page.texts
+    assert not page.sources
+    for number in numbers:
+        assert number in printed
+        assert number in " ".join(page.texts)
+    assert len(printed.splitlines()) < 60
