@@ -85,7 +85,7 @@ class Calibration(Result):
             f"{self.campaign.distinct} differ; {self.campaign.cpu_s:.0f} s of processor time; mesh "
             f"recipe {self.baseline.numerics.mesh.name}. The ends of a range are coded -{end:.4g} "
             f"and {end:.4g}.",
-            f"Kept of the {self.study.polynomial} model: {RULES[self.study.selection]}.",
+            f"Terms of the {self.study.polynomial} model: {RULES[self.study.selection]}.",
         ]
         for name, surface in self.surfaces.items():
             told += [f"{response(name).label}: {text}" for text in surface.notes()]
