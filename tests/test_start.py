@@ -42,6 +42,19 @@ def script(*parts: str) -> str:
     return python("-c", "\n".join(textwrap.dedent(part) for part in parts)).stderr
 
 
+def test_importing_the_package_imports_no_solver_and_no_table() -> None:
+    """These take a second or two, and come with what needs them."""
+    script(
+        """
+        import sys
+        import ramiefenics
+        heavy = {"dolfinx", "gmsh", "matplotlib", "pandas", "pyvista", "scipy", "vtk"}
+        assert heavy.isdisjoint(sys.modules), heavy.intersection(sys.modules)
+        assert "simulate" in dir(ramiefenics)
+        """
+    )
+
+
 def test_warnings_reach_the_user() -> None:
     told = script(
         "import warnings; import ramiefenics as rf",  # before FEniCSx
