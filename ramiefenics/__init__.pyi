@@ -22,11 +22,10 @@ from .effects import (
 from .measured import (
     Dataset as Dataset,
     RawCurve as RawCurve,
+    Reader as Reader,
     Seating as Seating,
-    TextColumns as TextColumns,
-    import_columns as import_columns,
-    import_instron as import_instron,
     read_dataset as read_dataset,
+    read_raw as read_raw,
 )
 from .published import (
     check_anova as check_anova,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -71,25 +71,21 @@ def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.Da
     return pd.DataFrame(found, wanted.index)
 
 
-def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = None) -> RawCurve:
+def tidy(raw: RawCurve) -> RawCurve:
     """Turn compression positive, and cut off where the specimen is unloaded.
 
     Parameters
     ----------
-    path
-        Named in errors.
-    curve
-        As recorded, its index the rows' numbers in the file.
-    header
-        What the file says besides.
+    raw
+        As recorded, the index of its curve the rows' numbers in the file.
 
     Raises
     ------
     SpecificationError
         If it is no record of a bending test, see `check_columns` and those after it.
     """
+    path, curve, notes = raw.path, raw.curve, [*raw.notes]
     check_columns(path, curve)
-    notes = []
     for name in ("force_N", "displacement_mm"):
         values = curve[name].to_numpy()
         # a load cell may not have been zeroed, and one row may be wild
@@ -107,7 +103,7 @@ def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = Non
         notes.append(f"{path.name}: the last {left_out} rows, unloading, left out")
         curve = curve.iloc[: end + 1]
     check_progress(path, curve)
-    return RawCurve(path, curve.reset_index(drop=True), dict(header or {}), tuple(notes))
+    return replace(raw, curve=curve.reset_index(drop=True), notes=tuple(notes))
 
 
 def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> dict[str, RawCurve]:
