@@ -91,12 +91,14 @@ def test_import_leaves_the_process_as_it_was() -> None:
         """
         import locale, logging, os, signal, socket, sys
         import matplotlib, numpy as np
+        own = logging.getLogger("ramiefenics")
         def state():
             environment = {k: v for k, v in os.environ.items() if k != "KMP_INIT_AT_FORK"}
             handlers = [signal.getsignal(s) for s in signal.valid_signals()]
             backend = matplotlib.get_backend(auto_select=False)
             return (
                 environment, handlers, backend, logging.root.level, logging.root.handlers[:],
+                own.handlers[:], own.level,
                 np.geterr(), np.random.get_state()[1].tolist(), locale.setlocale(locale.LC_ALL),
                 sys.excepthook, sys.path[:], os.getcwd(),
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,6 +24,8 @@ from ramiefenics.specification import (
     read_test,
 )
 from ramiefenics.specification.files import from_dict, read_toml
+
+log = logging.getLogger(__name__)
 
 SPECIMENS = "specimens.csv"
 
@@ -174,6 +177,7 @@ def _specimen(
     except SpecificationError as error:
         raise error.inside(place) from error
     _check_sizes(place, test, curve)
+    log.info("%s: %d rows to %.3f mm", name, len(curve), curve["displacement_mm"].iloc[-1])
     return Specimen(name, test, curve, cells)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +19,8 @@ from ramiefenics.measured.records import (
 )
 from ramiefenics.measured.tables import numbers
 from ramiefenics.specification import SpecificationError
+
+log = logging.getLogger(__name__)
 
 REMEDY = "correct it or remove the row, and export one specimen per file"
 
@@ -131,6 +134,7 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
             allowed = "must not occur twice, folder and name; rename one"
             raise SpecificationError("raw", str(file), allowed)
         named[name] = read(file)
+        log.info("%s: %d rows", file, len(named[name].curve))
     if twins := same_record([raw.curve for raw in named.values()]):
         first, second = (files[index] for index in twins)
         allowed = f"must not be a copy of {first}; leave one of them out"
