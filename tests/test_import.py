@@ -286,7 +286,18 @@ def test_command_makes_a_data_set_that_is_read(
     strengths = {"a": 1.1, "b": 1.0}
     files = [bluehill(tmp_path / f"{n}.csv", scale=(1.0, k)) for n, k in strengths.items()]
     out = tmp_path / "set"
-    arguments = ["import", *files, "--format", "instron", "--out", out, "--speed", 10]
+    arguments = [
+        "import",
+        *files,
+        "--format",
+        "instron",
+        "--out",
+        out,
+        "--speed",
+        10,
+        "--baseline",
+        "table3",
+    ]
     assert run(monkeypatch, *arguments) == 0
     data = rf.read_dataset(out)
     assert [specimen.name for specimen in data.specimens] == ["a", "b"]
@@ -312,6 +323,7 @@ def test_command_refuses_in_one_sentence_and_writes_nothing(
         (["--format", "columns", "--columns", "time_s,force_N"], "and the crosshead's speed"),
         (["--format", "instron", "--baseline", "table9"], "'table9' must be one of"),
     ):
+        arguments = ["--baseline", "table3", *arguments]
         assert run(monkeypatch, "import", path, "--out", out, *arguments) == 2
         error = capsys.readouterr().err
         assert told in error
@@ -334,7 +346,7 @@ def test_what_is_in_the_folder_already_is_left_alone(there: str, tmp_path: Path)
         folder.mkdir()
     own.write_text("mine")
     with pytest.raises(rf.SpecificationError, match=f"must not have a {there} yet"):
-        rf.write_dataset(records, folder)
+        rf.write_dataset(records, folder, "table3")
     assert own.read_text() == "mine"
 
 

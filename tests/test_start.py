@@ -62,7 +62,7 @@ def test_warnings_reach_the_user() -> None:
         'warnings.warn("look here"); rf.published_test("table3")',
     )
     assert told.count("UserWarning: look here") == 1
-    assert told.count("SpecificationWarning: Table 3 prints G_XY") == 1
+    assert told.count('SpecificationWarning: Table 3 of "Bending mech') == 1
 
 
 def test_warnings_go_where_the_user_sends_them() -> None:

@@ -22,6 +22,13 @@ def import_command(
             "file with a reader of yours.",
         ),
     ],
+    baseline: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE.toml|NAME",
+            help="What stands for the specimens: a specification, or a published test of ramie.",
+        ),
+    ],
     columns: Annotated[
         str | None,
         typer.Option(
@@ -36,9 +43,6 @@ def import_command(
     rate: Annotated[
         float | None, typer.Option(help="Rows per second, where there is no column of time.")
     ] = None,
-    baseline: Annotated[
-        str, typer.Option(help="What stands for the specimens: a published test or a TOML file.")
-    ] = "table3",
 ) -> None:
     """Make a data-set folder from raw files of a testing machine."""
     from ramiefenics.measured import find_reader, read_raw

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,10 +20,12 @@ from ramiefenics.measured.tables import need_columns, numbers, read_table
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
+    SpecificationWarning,
     override,
     published_test,
     read_test,
 )
+from ramiefenics.specification.citation import STUDY
 from ramiefenics.specification.files import from_dict, read_toml
 
 log = logging.getLogger(__name__)
@@ -148,6 +151,13 @@ def read_dataset(folder: str | Path) -> Dataset:
 def _baseline(folder: Path, layout: Layout) -> BendingTest:
     named = not layout.baseline.endswith(".toml")
     test = published_test(layout.baseline) if named else read_test(folder / layout.baseline)
+    if named:
+        warnings.warn(
+            f"the baseline {layout.baseline} of {folder} gives its specimens ramie's constants "
+            f"(Tables 3 and 7 of {STUDY})",
+            SpecificationWarning,
+            stacklevel=3,
+        )
     return override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
 
 
