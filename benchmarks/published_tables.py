@@ -20,10 +20,11 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "published_tables.md"
 
 HEAD = """# The published tables, checked
 
-Tables 1 to 8 of the study are in `ramiefenics/published/data/` as printed, with a README that
-tells in words where they contradict themselves; `ramiefenics.published_table(5)` is one as a data
-frame, with units in the columns' names. This page has what arithmetic says about them. All of its
-tables are written by `./run python benchmarks/published_tables.py`.
+Tables 1 to 8 of the study, "Bending mechanics test and parameters calibration of ramie stalks", are
+in `ramiefenics/published/data/` as printed, with a README that tells in words where they contradict
+themselves; `ramiefenics.published_table(5)` is one as a data frame, with units in the columns'
+names. This page has what arithmetic says about them. All of its tables are written by `./run python
+benchmarks/published_tables.py`.
 
 A printed number stands for all that round to it. Each check recomputes it from other printed
 numbers, and over all that round to those; it holds if the two ranges meet.

@@ -12,6 +12,7 @@ import pytest
 import ramiefenics as rf
 from ramiefenics.cli import main
 from ramiefenics.measured import RawCurve
+from ramiefenics.measured.readers.columns import TextColumns
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -58,7 +59,7 @@ def check(curve: pd.DataFrame) -> None:
 
 
 def test_a_bluehill_file_with_its_header(tmp_path: Path) -> None:
-    raw = only(rf.import_instron([bluehill(tmp_path / "a.csv")]))
+    raw = only(rf.read_raw([bluehill(tmp_path / "a.csv")], "instron"))
     check(raw.curve)
     assert raw.notes == ()
     assert raw.header == {
@@ -79,7 +80,7 @@ def test_other_units_and_columns_in_between(tmp_path: Path) -> None:
         more=(7.5,),
         cell=lambda value: f"{value:.9f}",
     )
-    curve = only(rf.import_instron([path])).curve
+    curve = only(rf.read_raw([path], "instron")).curve
     assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-5)
     assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=1e-3)
     assert curve["time_s"].iloc[-1] == pytest.approx(60 * 84.0)
@@ -95,7 +96,7 @@ def test_decimal_commas(tmp_path: Path, delimiter: str) -> None:
         text = text.replace('","', f'"{delimiter}"').replace("),(", f"){delimiter}(")
         text = text.replace("Time,Extension,Load", delimiter.join(("Time", "Extension", "Load")))
     path.write_text(text.replace(".", ",") if delimiter == "," else _commas(text))
-    raw = only(rf.import_instron([path]))
+    raw = only(rf.read_raw([path], "instron"))
     check(raw.curve)
     assert raw.header["Diameter (mm)"] == "14.23"
 
@@ -109,21 +110,21 @@ def _commas(text: str) -> str:
 def test_encodings_of_windows(tmp_path: Path, encoding: str) -> None:
     path = bluehill(tmp_path / "a.csv")
     path.write_text(path.read_text().replace("stalk 1", "Prüfling"), encoding=encoding)
-    assert only(rf.import_instron([path])).header["Specimen label"] == "Prüfling, lower"
+    assert only(rf.read_raw([path], "instron")).header["Specimen label"] == "Prüfling, lower"
 
 
 def test_units_beside_the_names(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv", header='"Results Table 1"\n', names="", units="")
     text = path.read_text().replace("\n\n", '\n"Time (sec)","Displacement (mm)","Force (N)"\n', 1)
     path.write_text(text)
-    check(only(rf.import_instron([path])).curve)
+    check(only(rf.read_raw([path], "instron")).curve)
 
 
 def test_tension_positive_records_are_turned_and_unloading_is_left_out(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv", scale=(-1.0, -1.0))
     back = [f'"{84 + i:.5f}","{-14 + i:.5f}","-1.00000"\n' for i in range(1, 5)]
     path.write_text(path.read_text() + "".join(back))
-    raw = only(rf.import_instron([path]))
+    raw = only(rf.read_raw([path], "instron"))
     check(raw.curve)
     assert len(raw.notes) == 3
     assert "last 4 rows, unloading" in raw.notes[2]
@@ -155,7 +156,7 @@ def test_defects_of_a_bluehill_file(tmp_path: Path, old: str, new: str, message:
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(rf.SpecificationError, match=message) as caught:
-        rf.import_instron([path])
+        rf.read_raw([path], "instron")
     assert "\n" not in str(caught.value)
 
 
@@ -163,14 +164,14 @@ def test_a_file_without_rows(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(HEADER + "Time,Extension,Load\n(s),(mm),(N)\n")
     with pytest.raises(rf.SpecificationError, match=r"a\.csv has no rows of data below row 9"):
-        rf.import_instron([path])
+        rf.read_raw([path], "instron")
 
 
 def test_a_second_specimen_in_the_file_is_told(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv")
     path.write_text(path.read_text() + "\nTime,Extension,Load\n")
     with pytest.raises(rf.SpecificationError, match=r"row 152.*'Extension'.*one specimen per file"):
-        rf.import_instron([path])
+        rf.read_raw([path], "instron")
 
 
 COMMENT = "# span 100 mm, 200 Hz\n// crosshead, load cell\nweg kraft\n\n"
@@ -188,7 +189,7 @@ def test_columns_of_displacement_and_force(tmp_path: Path, between: str, comma: 
     rows = "\n".join(f"{d:.4f}{between}{f:.4f}" for d, f in zip(TRAVEL, FORCE, strict=True))
     path = tmp_path / "a.txt"
     path.write_text(COMMENT + (rows.replace(".", ",") if comma else rows))
-    curve = only(rf.import_columns([path], rf.TextColumns(rate_Hz=200.0))).curve
+    curve = only(rf.read_raw([path], "columns", rate_Hz=200.0)).curve
     assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-4)
     assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=1e-4)
     assert curve["time_s"].iloc[-1] == pytest.approx(140 / 200)
@@ -200,8 +201,8 @@ def test_time_and_force_at_constant_speed(tmp_path: Path) -> None:
     force = 84.0 * np.sin(np.pi * time / 6.0 / 20.0)
     path = tmp_path / "a.txt"
     np.savetxt(path, np.column_stack([time, force / 1000.0]), fmt="%.8f")
-    layout = rf.TextColumns(("time_s", "force_kN"), speed_mm_per_min=10.0)
-    curve = only(rf.import_columns([path], layout)).curve
+    columns = ("time_s", "force_kN")
+    curve = only(rf.read_raw([path], "columns", columns=columns, speed_mm_per_min=10.0)).curve
     assert curve["displacement_mm"].iloc[-1] == pytest.approx(14.0)
     assert curve["force_N"].max() == pytest.approx(84.0, rel=1e-6)
     assert curve["displacement_mm"][curve["force_N"].idxmax()] == pytest.approx(10.0, abs=0.05)
@@ -220,7 +221,7 @@ def test_time_and_force_at_constant_speed(tmp_path: Path) -> None:
 )
 def test_unusable_columns(arguments: tuple, message: str) -> None:
     with pytest.raises(rf.SpecificationError, match=message):
-        rf.TextColumns(*arguments)
+        TextColumns(*arguments)
 
 
 @pytest.mark.parametrize(
@@ -247,29 +248,29 @@ def test_unusable_columns(arguments: tuple, message: str) -> None:
 def test_defects_of_a_text_file(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.txt").write_text(text)
     with pytest.raises(rf.SpecificationError, match=message):
-        rf.import_columns([tmp_path / "a.txt"])
+        rf.read_raw([tmp_path / "a.txt"], "columns")
 
 
 def test_files_that_are_not_there_or_are_no_text(tmp_path: Path) -> None:
     with pytest.raises(rf.SpecificationError, match=r"cannot be read \(No such file"):
-        rf.import_instron([tmp_path / "none.csv"])
+        rf.read_raw([tmp_path / "none.csv"], "instron")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\x81\x8d\x00")
     with pytest.raises(rf.SpecificationError, match=r"must be text"):
-        rf.import_instron([tmp_path / "picture.csv"])
+        rf.read_raw([tmp_path / "picture.csv"], "instron")
 
 
 def test_same_names_take_their_folders(tmp_path: Path) -> None:
     for folder, strength in (("p1", 1.0), ("p2", 1.1)):
         (tmp_path / folder).mkdir()
         bluehill(tmp_path / folder / "Specimen_RawData_1.csv", scale=(1.0, strength))
-    found = rf.import_instron(sorted(tmp_path.rglob("*.csv")))
+    found = rf.read_raw(sorted(tmp_path.rglob("*.csv")), "instron")
     assert list(found) == ["p1_Specimen_RawData_1", "p2_Specimen_RawData_1"]
 
 
 def test_a_copy_of_another_file_is_told(tmp_path: Path) -> None:
     files = [bluehill(tmp_path / f"{name}.csv") for name in "ab"]
     with pytest.raises(rf.SpecificationError, match=r"b\.csv' must not be a copy of .*a\.csv"):
-        rf.import_instron(files)
+        rf.read_raw(files, "instron")
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
@@ -285,7 +286,18 @@ def test_command_makes_a_data_set_that_is_read(
     strengths = {"a": 1.1, "b": 1.0}
     files = [bluehill(tmp_path / f"{n}.csv", scale=(1.0, k)) for n, k in strengths.items()]
     out = tmp_path / "set"
-    arguments = ["import", *files, "--format", "instron", "--out", out, "--speed", 10]
+    arguments = [
+        "import",
+        *files,
+        "--format",
+        "instron",
+        "--out",
+        out,
+        "--speed",
+        10,
+        "--baseline",
+        "table3",
+    ]
     assert run(monkeypatch, *arguments) == 0
     data = rf.read_dataset(out)
     assert [specimen.name for specimen in data.specimens] == ["a", "b"]
@@ -306,11 +318,12 @@ def test_command_refuses_in_one_sentence_and_writes_nothing(
     path = bluehill(tmp_path / "a.csv")
     out = tmp_path / "set"
     for arguments, told in (
-        (["--format", "excel"], "format = 'excel' must be instron or columns"),
+        (["--format", "excel"], "format = 'excel' must be instron, columns, or a Py"),
         (["--format", "instron", "--columns", "force_N"], "must be left out for the format instr"),
         (["--format", "columns", "--columns", "time_s,force_N"], "and the crosshead's speed"),
         (["--format", "instron", "--baseline", "table9"], "'table9' must be one of"),
     ):
+        arguments = ["--baseline", "table3", *arguments]
         assert run(monkeypatch, "import", path, "--out", out, *arguments) == 2
         error = capsys.readouterr().err
         assert told in error
@@ -323,7 +336,7 @@ def test_what_is_in_the_folder_already_is_left_alone(there: str, tmp_path: Path)
     travel = np.linspace(0.0, 5.0, 60)
     raw = tmp_path / "stalk.txt"
     np.savetxt(raw, np.column_stack([travel, 10.0 * travel]))
-    records = rf.import_columns([raw])
+    records = rf.read_raw([raw], "columns")
     folder = tmp_path / "data"
     own = folder / there
     if there == "curves":
@@ -333,7 +346,7 @@ def test_what_is_in_the_folder_already_is_left_alone(there: str, tmp_path: Path)
         folder.mkdir()
     own.write_text("mine")
     with pytest.raises(rf.SpecificationError, match=f"must not have a {there} yet"):
-        rf.write_dataset(records, folder)
+        rf.write_dataset(records, folder, "table3")
     assert own.read_text() == "mine"
 
 
@@ -341,7 +354,7 @@ def test_a_load_cell_that_was_not_zeroed_is_not_taken_for_tension(tmp_path: Path
     travel = np.linspace(0.0, 5.0, 60)
     raw = tmp_path / "stalk.txt"
     np.savetxt(raw, np.column_stack([travel, 10.0 * travel - 120.0]))
-    (record,) = rf.import_columns([raw]).values()
+    (record,) = rf.read_raw([raw], "columns").values()
     assert record.curve["force_N"].to_numpy() == pytest.approx(10.0 * travel - 120.0)
     assert not record.notes
 
@@ -350,6 +363,6 @@ def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> Non
     position = np.linspace(62.0, 50.0, 60)
     raw = tmp_path / "stalk.txt"
     np.savetxt(raw, np.column_stack([position, 62.0 - position]))
-    (record,) = rf.import_columns([raw]).values()
+    (record,) = rf.read_raw([raw], "columns").values()
     assert record.curve["displacement_mm"].to_numpy() == pytest.approx(62.0 - position)
     assert "sign of displacement_mm turned" in record.notes[0]

@@ -35,4 +35,4 @@ def test_announced_warning_shows() -> None:
     NotebookClient(notebook, timeout=600).execute()
     told = [o.text for o in notebook.cells[-1].outputs if o.get("name") == "stderr"]
     assert len(told) == 1
-    assert "SpecificationWarning: Table 3 prints G_XY" in told[0]
+    assert 'SpecificationWarning: Table 3 of "Bending mech' in told[0]

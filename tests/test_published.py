@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
 import pytest
 
+import ramiefenics as rf
 from ramiefenics import SpecificationError, SpecificationWarning, published_test, ramie_at_height
+from ramiefenics.cli import main
+from ramiefenics.measured import RawCurve
+from ramiefenics.specification.citation import STUDY
 
 
 def test_calibration_stalk_is_table_3_with_table_7() -> None:
@@ -56,3 +65,54 @@ def test_height_by_name() -> None:
 def test_height_outside_table_1_is_refused(height: float) -> None:
     with pytest.raises(SpecificationError, match="between 0 and 150"):
         ramie_at_height(height)
+
+
+def test_ramies_constants_are_told_where_a_data_set_gets_them(tmp_path: Path) -> None:
+    travel = np.linspace(0.0, 14.0, 57)
+    curve = pd.DataFrame({"displacement_mm": travel, "force_N": 6.0 * travel})
+    records = {"stalk": RawCurve(tmp_path / "stalk.csv", curve)}
+    rf.write_test(rf.ramie(14.23, 7.28, 0.67), tmp_path / "mine.toml")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # nothing to tell of constants that are stated
+        own = rf.read_dataset(
+            rf.write_dataset(records, tmp_path / "own", str(tmp_path / "mine.toml"))
+        )
+    with pytest.warns(SpecificationWarning, match="ramie's constants") as told:
+        study = rf.read_dataset(rf.write_dataset(records, tmp_path / "study", "table3"))
+    assert STUDY in str(told[-1].message)
+    assert own.baseline == study.baseline
+
+
+def test_ramies_friction_is_told_where_a_file_leaves_it_out(tmp_path: Path) -> None:
+    test = rf.ramie(14.23, 7.28, 0.67)
+    path = tmp_path / "mine.toml"
+    rf.write_test(test, path)
+    stated = path.read_text()
+    path.write_text(stated.replace("static = 0.59\n", ""))
+    with pytest.warns(SpecificationWarning, match=r"mine\.toml leaves out .* static = 0\.59, is"):
+        assert rf.read_test(path) == test
+
+
+def test_raw_files_ask_for_a_baseline(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    out = str(tmp_path / "set")
+    command = ["ramiefenics", "import", "a.csv", "--format", "instron", "--out", out]
+    monkeypatch.setattr("sys.argv", command)
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert "--baseline" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        "README.md",
+        "CITATION.cff",
+        "docs/published_tables.md",
+        "ramiefenics/published/data/README.md",
+    ],
+)
+def test_pages_cite_the_study(page: str) -> None:
+    text = (Path(__file__).parents[1] / page).read_text()
+    assert STUDY in " ".join(text.split())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import signal
 import sys
 import warnings
@@ -25,6 +26,7 @@ from ramiefenics.cli.common import (
     on_first_rank,
     resumable,
     tell_ending,
+    with_log,
 )
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
@@ -32,23 +34,26 @@ from ramiefenics.cli.studies import calibrate_command, validate_command
 from ramiefenics.specification import SpecificationError, mesh_recipe
 from ramiefenics.specification.files import dump_test
 
+log = logging.getLogger(__name__)
+
 app = typer.Typer(
     help="Bend plant stalks on a computer.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("calibrate")(on_first_rank(calibrate_command))
-app.command("converge")(converge_command)
-app.command("explicit")(explicit_command)
-app.command("import")(on_first_rank(import_command))
-app.command("reconcile")(on_first_rank(reconcile_command))
-app.command("reduce")(on_first_rank(reduce_command))
-app.command("validate")(on_first_rank(validate_command))
-app.command("verify")(on_first_rank(verify_command))
+app.command("calibrate")(with_log(on_first_rank(calibrate_command)))
+app.command("converge")(with_log(converge_command))
+app.command("explicit")(with_log(explicit_command))
+app.command("import")(with_log(on_first_rank(import_command)))
+app.command("reconcile")(with_log(on_first_rank(reconcile_command)))
+app.command("reduce")(with_log(on_first_rank(reduce_command)))
+app.command("validate")(with_log(on_first_rank(validate_command)))
+app.command("verify")(with_log(on_first_rank(verify_command)))
 
 
 @app.command()
+@with_log
 def bend(
     spec: Spec = "table3",
     out: Annotated[
@@ -73,6 +78,7 @@ def bend(
 
 
 @app.command()
+@with_log
 def mesh(
     out: Annotated[Path, typer.Argument(help="Gmsh file to write, for instance stalk.msh.")],
     spec: Spec = "table3",
@@ -89,6 +95,7 @@ def mesh(
 
 
 @app.command("discover")
+@with_log
 @on_first_rank
 def discover_command(
     dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
@@ -120,6 +127,7 @@ def discover_command(
 
 
 @app.command()
+@with_log
 def specification(
     spec: Spec = "table3",
     mesh: MeshName = None,
@@ -149,6 +157,7 @@ def main() -> None:
     except SpecificationError as error:
         if first:
             typer.echo(f"ramiefenics: {error}", err=True)
+            log.debug("refused here", exc_info=True)
         sys.exit(2)
     except OSError as error:  # a full disk, a folder that is taken away
         if first:

@@ -9,21 +9,32 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli.common import claim, finish
-from ramiefenics.specification import SpecificationError
-
-FORMATS = ("instron", "columns")
 
 
 def import_command(
     raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine, one per specimen.")],
     out: Annotated[Path, typer.Option(help="Folder of the data set to make.")],
-    format: Annotated[str, typer.Option(help=f"Of the files: {' or '.join(FORMATS)}.")],
+    format: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|FILE.py",
+            help="Of the files: instron, columns or another that docs/measured.md has, or a Python "
+            "file with a reader of yours.",
+        ),
+    ],
+    baseline: Annotated[
+        str,
+        typer.Option(
+            metavar="FILE.toml|NAME",
+            help="What stands for the specimens: a specification, or a published test of ramie.",
+        ),
+    ],
     columns: Annotated[
         str | None,
         typer.Option(
             metavar="NAMES",
             help="What the columns are, in order, for instance time_s,force_N; - for none. "
-            "By default displacement_mm,force_N. Only for the format columns.",
+            "By default displacement_mm,force_N. Only for formats that do not say it.",
         ),
     ] = None,
     speed: Annotated[
@@ -32,26 +43,18 @@ def import_command(
     rate: Annotated[
         float | None, typer.Option(help="Rows per second, where there is no column of time.")
     ] = None,
-    baseline: Annotated[
-        str, typer.Option(help="What stands for the specimens: a published test or a TOML file.")
-    ] = "table3",
 ) -> None:
     """Make a data-set folder from raw files of a testing machine."""
-    if format not in FORMATS:
-        raise SpecificationError("format", format, f"must be {' or '.join(FORMATS)}")
-    from ramiefenics.measured import TextColumns, import_columns, import_instron
+    from ramiefenics.measured import find_reader, read_raw
     from ramiefenics.measured.dataset_folder import check_new, write_dataset
 
+    names = None if columns is None else tuple(columns.split(","))
+    given = {"columns": names, "speed_mm_per_min": speed, "rate_Hz": rate}
+    options = {name: value for name, value in given.items() if value is not None}
+    if "speed_mm_per_min" not in find_reader(format).options:
+        options.pop("speed_mm_per_min", None)  # for the record only
     check_new(claim(out, MPI.COMM_SELF))
-    if format == "columns":
-        names = TextColumns.columns if columns is None else tuple(columns.split(","))
-        curves = import_columns(raw, TextColumns(names, speed, rate))
-    else:
-        for name, given in (("columns", columns), ("rate", rate)):
-            if given is not None:
-                allowed = "must be left out for the format instron, whose files say it"
-                raise SpecificationError(name, given, allowed)
-        curves = import_instron(raw)
+    curves = read_raw(raw, format, **options)
     write_dataset(curves, out, baseline, speed)
     for told in (note for curve in curves.values() for note in curve.notes):
         typer.echo(f"note: {told}")

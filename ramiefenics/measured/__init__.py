@@ -1,43 +1,61 @@
 """Measured force curves, what was bent to get them, and the raw files that they come from."""
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from ramiefenics.measured.columns import TextColumns, read_columns
 from ramiefenics.measured.dataset import Dataset, Specimen, read_dataset
-from ramiefenics.measured.instron import read_instron
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.noise import noise
 from ramiefenics.measured.raw import RawCurve, read_all
+from ramiefenics.measured.readers import READERS, Reader, find_reader, read_raw_file
 from ramiefenics.measured.seating import Seating, seat
 from ramiefenics.measured.slope import InitialSlope, initial_slope
 
 __all__ = [
+    "READERS",
     "Dataset",
     "InitialSlope",
     "Layout",
     "RawCurve",
+    "Reader",
     "Seating",
     "Specimen",
-    "TextColumns",
-    "import_columns",
-    "import_instron",
+    "find_reader",
     "initial_slope",
     "noise",
     "read_dataset",
+    "read_raw",
     "seat",
 ]
 
 
-def import_instron(paths: Sequence[str | Path]) -> dict[str, RawCurve]:
-    """Read raw files of Instron's Bluehill, by name; see `read_instron`."""
-    return read_all(paths, read_instron)
-
-
-def import_columns(
-    paths: Sequence[str | Path], layout: TextColumns | None = None
+def read_raw(
+    paths: Sequence[str | Path], format: str | Path, **options: Any
 ) -> dict[str, RawCurve]:
-    """Read text files of columns, by name; see `TextColumns` and `read_columns`."""
-    layout = TextColumns() if layout is None else layout
-    return read_all(paths, functools.partial(read_columns, layout=layout))
+    """Read raw files of a testing machine.
+
+    Parameters
+    ----------
+    paths
+        One per specimen.
+    format
+        A key of `READERS`, or a Python file that defines a `Reader`.
+    options
+        Of the format, for instance ``columns=("time_s", "force_N"), speed_mm_per_min=20.0``; see
+        its module in `ramiefenics.measured.readers`.
+
+    Returns
+    -------
+    dict
+        The curves by specimen: the file's name without ending, with its folder's before it where
+        two have the same.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such format, it has no such option, or on the first defect of a file.
+    """
+    reader = find_reader(format)
+    reader.check_options(options)
+    return read_all(paths, lambda path: read_raw_file(reader, path, options))

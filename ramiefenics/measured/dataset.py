@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,11 +20,15 @@ from ramiefenics.measured.tables import need_columns, numbers, read_table
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
+    SpecificationWarning,
     override,
     published_test,
     read_test,
 )
+from ramiefenics.specification.citation import STUDY
 from ramiefenics.specification.files import from_dict, read_toml
+
+log = logging.getLogger(__name__)
 
 SPECIMENS = "specimens.csv"
 
@@ -150,6 +156,13 @@ def read_dataset(folder: str | Path) -> Dataset:
 def _baseline(folder: Path, layout: Layout) -> BendingTest:
     named = not layout.baseline.endswith(".toml")
     test = published_test(layout.baseline) if named else read_test(folder / layout.baseline)
+    if named:
+        warnings.warn(
+            f"the baseline {layout.baseline} of {folder} gives its specimens ramie's constants "
+            f"(Tables 3 and 7 of {STUDY})",
+            SpecificationWarning,
+            stacklevel=3,
+        )
     return override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
 
 
@@ -179,6 +192,7 @@ def _specimen(
     except SpecificationError as error:
         raise error.inside(place) from error
     _check_sizes(place, test, curve)
+    log.info("%s: %d rows to %.3f mm", name, len(curve), curve["displacement_mm"].iloc[-1])
     return Specimen(name, test, curve, cells)
 
 

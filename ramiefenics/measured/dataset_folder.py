@@ -50,7 +50,7 @@ def check_new(folder: Path) -> None:
 def write_dataset(
     curves: Mapping[str, RawCurve],
     folder: str | Path,
-    baseline: str = "table3",
+    baseline: str,
     speed_mm_per_min: float | None = None,
 ) -> Path:
     """Write ``dataset.toml``, ``specimens.csv`` and a file per curve, as `read_dataset` reads them.
@@ -62,7 +62,7 @@ def write_dataset(
     folder
         Made if it does not exist; nothing appears half-written.
     baseline
-        What stands for the specimens: a published test, or a TOML file, which is copied.
+        What stands for the specimens: a TOML file, which is copied, or a published test of ramie.
     speed_mm_per_min
         Of the crosshead, for the record.
 

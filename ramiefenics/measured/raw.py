@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from ramiefenics.measured.records import (
 )
 from ramiefenics.measured.tables import numbers
 from ramiefenics.specification import SpecificationError
+
+log = logging.getLogger(__name__)
 
 REMEDY = "correct it or remove the row, and export one specimen per file"
 
@@ -71,25 +74,21 @@ def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.Da
     return pd.DataFrame(found, wanted.index)
 
 
-def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = None) -> RawCurve:
+def tidy(raw: RawCurve) -> RawCurve:
     """Turn compression positive, and cut off where the specimen is unloaded.
 
     Parameters
     ----------
-    path
-        Named in errors.
-    curve
-        As recorded, its index the rows' numbers in the file.
-    header
-        What the file says besides.
+    raw
+        As recorded, the index of its curve the rows' numbers in the file.
 
     Raises
     ------
     SpecificationError
         If it is no record of a bending test, see `check_columns` and those after it.
     """
+    path, curve, notes = raw.path, raw.curve, [*raw.notes]
     check_columns(path, curve)
-    notes = []
     for name in ("force_N", "displacement_mm"):
         values = curve[name].to_numpy()
         # a load cell may not have been zeroed, and one row may be wild
@@ -107,7 +106,7 @@ def tidy(path: Path, curve: pd.DataFrame, header: Mapping[str, str] | None = Non
         notes.append(f"{path.name}: the last {left_out} rows, unloading, left out")
         curve = curve.iloc[: end + 1]
     check_progress(path, curve)
-    return RawCurve(path, curve.reset_index(drop=True), dict(header or {}), tuple(notes))
+    return replace(raw, curve=curve.reset_index(drop=True), notes=tuple(notes))
 
 
 def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> dict[str, RawCurve]:
@@ -135,6 +134,7 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
             allowed = "must not occur twice, folder and name; rename one"
             raise SpecificationError("raw", str(file), allowed)
         named[name] = read(file)
+        log.info("%s: %d rows", file, len(named[name].curve))
     if twins := same_record([raw.curve for raw in named.values()]):
         first, second = (files[index] for index in twins)
         allowed = f"must not be a copy of {first}; leave one of them out"

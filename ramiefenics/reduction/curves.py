@@ -20,7 +20,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "drop": ("Drop after the peak, share of it", "1"),
     "strength_MPa": ("Nominal strength PL/4W", "MPa"),
     "bending_modulus_MPa": ("Apparent bending modulus", "MPa"),
-    "shear_modulus_MPa": ("Apparent shear modulus, Eq. 2", "MPa"),
+    "shear_modulus_MPa": ("Apparent shear modulus", "MPa"),
 }
 """Title and unit of what groups are compared by."""
 

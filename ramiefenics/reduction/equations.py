@@ -1,4 +1,6 @@
-"""The study's formulas for a bending test: Eqs. 1 to 3, 6 and 7.
+"""Formulas for a bending test: Eqs. 1 to 3, 6 and 7 of the study.
+
+The study is "Bending mechanics test and parameters calibration of ramie stalks".
 
 Source: "Bending mechanics test and parameters calibration of ramie stalks". All take numbers or
 arrays, in mm, N and MPa.

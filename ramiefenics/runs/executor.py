@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
@@ -12,7 +13,10 @@ from typing import Generic, Protocol, TypeVar
 
 from loky import ProcessPoolExecutor
 
+from ramiefenics.diagnostics import LOG, show_log
 from ramiefenics.runs.store import Store
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -102,6 +106,7 @@ class Runs:
         left = {name: task for name, task in distinct.items() if name not in done}
         self.asked += len(tasks)
         self.computed += len(left)
+        log.info("%d tasks: %d kept, %d to compute", len(distinct), len(done), len(left))
         self._on_done(len(done))
         if left:
             done |= self._compute(left)
@@ -117,6 +122,7 @@ class Runs:
                     if error is None:
                         done[name] = Done(tasks[name].read(future.result()))
                     elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
+                        log.info("failed: %s", error)
                         done[name] = Done(None, error)
                     else:
                         raise error
@@ -142,12 +148,15 @@ def compute(task: Task[object], folder: Path | None = None) -> str:
 def workers(executor: Executor | None = None) -> Iterator[Executor]:
     """Lend an executor: the given one, or as many local processes as there are cores.
 
-    The local ones start when there is work, and end with the block, at once where it fails.
+    The local ones start when there is work, and end with the block, at once where it fails. They
+    write to standard error what this process is set to log by `LOG`'s own level.
     """
     if executor is not None:
         yield executor
         return
-    pool = ProcessPoolExecutor(max_workers=len(os.sched_getaffinity(0)))
+    pool = ProcessPoolExecutor(
+        max_workers=len(os.sched_getaffinity(0)), initializer=show_log, initargs=(LOG.level,)
+    )
     try:
         yield pool
     except BaseException:

@@ -89,7 +89,8 @@ class CentralDifferences:
         for bc in bcs:
             dofs, owned = bc.dof_indices()
             self._inverse_mass[dofs[:owned]] = 0.0
-        self.velocity, self._smooth = np.zeros_like(mass), np.zeros_like(mass)
+        self.velocity: Array = np.zeros_like(mass)
+        self._smooth: Array = np.zeros_like(mass)
         self.time_s = self.kinetic_energy_Nmm = self.damping_work_Nmm = 0.0
         self.evaluations = 0
         self._last_step_s = 0.0  # the first velocity is that at the time of the displacement

@@ -7,6 +7,7 @@ many steps are needed that its travel in one of them is far below any length of 
 from __future__ import annotations
 
 import dataclasses
+import logging
 import time
 from collections.abc import Callable, Iterator
 
@@ -29,6 +30,8 @@ from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.specification import BendingTest
+
+log = logging.getLogger(__name__)
 
 INTERVAL_MM = 0.1
 """Travel between the points of the curve. There the longest stable step and the stabilisation of
@@ -247,10 +250,13 @@ def simulate_explicitly(
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)
     moving = ExplicitTest(problem)
+    log.info("%d unknowns, law %s, %d ranks", problem.unknowns, test.law, comm.size)
     points: list[Point] = []
     with stop_on_interrupt(comm) as request:
         for point in moving.points(request):
             points.append(point)
+            force = point.observables.force_N
+            log.info("%.6f s, %.4f mm: %.4f N", point.time_s, point.travel_mm, force)
             if on_point is not None:
                 on_point(point)
     assert moving.ending is not None  # or the points would go on

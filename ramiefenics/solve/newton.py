@@ -8,6 +8,7 @@ Lucidi 1986).
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from dolfinx.fem.petsc import assemble_vector, set_bc
 from petsc4py import PETSc
 
 from ramiefenics.solve.tangent import Tangent
+
+log = logging.getLogger(__name__)
 
 MEMORY = 4
 """Residuals that a step is compared with."""
@@ -145,6 +148,7 @@ class Newton:
     def _iterate(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
         history = [self._norm()]
         for iteration in range(self._max_iterations):
+            log.debug("%2d: residual %.3e N, to be %.1e N", iteration, history[-1], tolerance_N)
             if history[-1] <= tolerance_N:
                 return NewtonOutcome(True, iteration, history[-1], "converged")
             if not np.isfinite(history[-1]):
@@ -157,6 +161,7 @@ class Newton:
                 reason = "the tangent could not be factorised"
                 return NewtonOutcome(False, iteration + 1, history[-1], reason)
             history.append(self._search(min(1.0, largest_update_mm / size), history[-MEMORY:]))
+        log.debug("%2d: residual %.3e N", self._max_iterations, history[-1])
         converged = history[-1] <= tolerance_N
         reason = "converged" if converged else "too many iterations"
         return NewtonOutcome(converged, self._max_iterations, history[-1], reason)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,6 +12,8 @@ from ramiefenics.solve.driven import Driven, Observed
 from ramiefenics.solve.motion import DampedMotion
 from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.specification import Protocol, Stepping
+
+log = logging.getLogger(__name__)
 
 EASY_ITERATIONS = 8
 """A step that took more does not let the next one be longer."""
@@ -157,15 +160,19 @@ class QuasiStatic(Generic[T]):
             target = stop if equal == 1 else travel + length
             step = self._step(travel, target, equal == 1)
             if step is None:
+                log.info("step from %.4f to %.4f mm cut", travel, target)
                 self.cut_backs += 1
                 increment = length / 2.0
                 continue
             factor = self._factor(length, step)
             if factor < SHORTER and length / 2.0 >= settings.min_step_mm:
+                log.info("step from %.4f to %.4f mm cut: the force bends", travel, target)
                 self.cut_backs += 1
                 self.ending = None
                 increment = length / 2.0
                 continue
+            force = step.observables.force_N
+            log.info("%.4f mm: %.4f N, %d iterations", target, force, step.iterations)
             yield step
             self._accept(length, step)
             travel = target
@@ -200,6 +207,7 @@ class QuasiStatic(Generic[T]):
         if outcome.converged:
             measured = self._observe()
             if measured.misses_contact and not shortest:
+                log.info("a cylinder is not felt")
                 return None
             jump = self._jump(target, length, measured)
             smooth = jump is None
@@ -230,6 +238,8 @@ class QuasiStatic(Generic[T]):
             self._u[:] = self._last + length * self._rate
         outcome = self.newton.solve(self._tolerance_N, UPDATE_LIMIT * length)
         self.newton_iterations += outcome.iterations
+        if not outcome.converged:
+            log.info("no equilibrium: %s, residual %.2e N", outcome.reason, outcome.residual_N)
         return outcome
 
     def _settle(self) -> NewtonOutcome:
@@ -238,6 +248,7 @@ class QuasiStatic(Generic[T]):
         limit = UPDATE_LIMIT * self._settings.max_step_mm
         if self._motion is None:
             self._motion = DampedMotion(self._problem, self.newton)
+        log.info("no equilibrium nearby: the structure is let move")
         outcome = self._motion.settle(self._tolerance_N, limit)
         self.newton_iterations += outcome.iterations
         return outcome

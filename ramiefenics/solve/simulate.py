@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import time
 from collections.abc import Callable
 
@@ -18,6 +19,8 @@ from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import BendingTest
+
+log = logging.getLogger(__name__)
 
 
 def simulate(
@@ -60,6 +63,8 @@ def simulate(
     observer = Observer(problem)
     camera = Camera(problem, observer)
     numerics = test.numerics
+    log.info("%d unknowns, law %s, %d ranks", problem.unknowns, test.law, comm.size)
+    log.info("PETSc options: %s", PETSc.Options().getAll())
     stepper = QuasiStatic(problem, observer.observe, test.protocol, numerics.stepping)
     steps: list[Step[Observables]] = []
     snapshots: list[Snapshot | None] = []
@@ -89,6 +94,7 @@ def simulate(
     kept = tuple(snapshot for snapshot in snapshots if snapshot is not None)
     ending = interrupted or stepper.ending
     assert ending is not None  # or the steps would go on
+    log.info("%s %s", ending.kind, ending.reason)
     jumps = tuple(step.jump for step in steps if step.jump is not None)
     return BendingResult(test, _curve(test, steps), kept, statistics, ending, jumps)
 

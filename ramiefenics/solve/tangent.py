@@ -9,6 +9,7 @@ iterations, the assembled tangent that of the difference quotient.
 
 from __future__ import annotations
 
+import logging
 import weakref
 from collections.abc import Callable
 
@@ -17,6 +18,11 @@ from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix, create_matrix
 from mpi4py import MPI
 from petsc4py import PETSc
+
+log = logging.getLogger(__name__)
+
+PREFIX = "ramiefenics_"
+"""Of the solver's options among PETSc's."""
 
 RIGID_SHIFT = 1e-7
 """Added to the diagonal of the factorised tangent, relative to its mean: it holds rigid motions
@@ -81,6 +87,7 @@ class Tangent:
             self._matrix.setNearNullSpace(_rigid_motions(u))
             self._solver.setOperators(self._matrix)
             self._solver.getPC().setType("gamg")
+            self._solver.setFromOptions()
         else:
             sizes = self._matrix.getSizes()
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
@@ -128,6 +135,8 @@ class Tangent:
         self._u.x.scatter_forward()
         iterations = self._solver.getIterationNumber()
         self.iterations += iterations
+        how = "fresh" if fresh else "reused"
+        log.debug("    %d linear iterations with a %s preconditioner", iterations, how)
         self._factorised = iterations <= OLD_ITERATIONS
 
     def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
@@ -174,6 +183,7 @@ class _Product:
 def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
     """Return GMRES, preconditioned from the right: its residual is that of the equations."""
     solver = PETSc.KSP().create(comm)
+    solver.setOptionsPrefix(PREFIX)
     solver.setType("gmres")
     solver.setGMRESRestart(restart)
     solver.setPCSide(PETSc.PC.Side.RIGHT)
@@ -181,17 +191,16 @@ def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
 
 
 def _factorise_by_mumps(solver: PETSc.KSP) -> None:
-    """Precondition by MUMPS with METIS, which orders long thin meshes several times better."""
+    """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
+
+    A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself.
+    """
     pc = solver.getPC()
     pc.setType("lu")
     pc.setFactorSolverType("mumps")
-    prefix, name = "ramiefenics_newton_", "mat_mumps_icntl_7"
-    options = PETSc.Options()
-    options[prefix + name] = 5
-    solver.setOptionsPrefix(prefix)
     solver.setFromOptions()
     pc.setFactorSetUpSolverType()
-    options.delValue(prefix + name)
+    pc.getFactorMatrix().setMumpsIcntl(7, 5)  # before PETSc reads the user's options of MUMPS
 
 
 def _rigid_motions(u: fem.Function) -> PETSc.NullSpace:

@@ -8,6 +8,7 @@ import functools
 import tomllib
 import types
 import typing
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +16,8 @@ from typing import Any, TypeVar
 import tomli_w
 
 from ramiefenics.specification.bending import BendingTest
-from ramiefenics.specification.errors import SpecificationError
+from ramiefenics.specification.citation import STUDY
+from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
 T = TypeVar("T")
@@ -25,14 +27,26 @@ def read_test(path: str | Path) -> BendingTest:
     """Read a test from a TOML file.
 
     Keys are the dataclasses' fields, tables nest as they do; ``numerics.mesh`` may be the name
-    of a recipe. What is left out takes its default.
+    of a recipe. What is left out takes its default; a warning tells of friction that is left out,
+    whose default is ramie's.
 
     Raises
     ------
     SpecificationError
         If the file cannot be read, is no TOML, or states something that cannot be.
     """
-    return test_from_dict(read_toml(path))
+    data = read_toml(path)
+    test = test_from_dict(data)
+    friction = data.get("fixture", {}).get("friction", {})
+    if left_out := [name for name in ("static", "dynamic") if name not in friction]:
+        values = ", ".join(f"{n} = {getattr(test.fixture.friction, n):g}" for n in left_out)
+        warnings.warn(
+            f"{Path(path).name} leaves out fixture.friction: ramie's on steel, {values}, is used "
+            f"(Tables 1 and 7 of {STUDY})",
+            SpecificationWarning,
+            stacklevel=2,
+        )
+    return test
 
 
 def write_test(test: BendingTest, path: str | Path) -> None:

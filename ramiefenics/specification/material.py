@@ -17,7 +17,7 @@ G_PER_CM3 = 1e-9
 
 @dataclass(frozen=True)
 class Elastic:
-    """Engineering constants of a material isotropic in the X-Y plane (paper, Eq. 4).
+    """Engineering constants of a material isotropic in the X-Y plane (Lekhnitskii 1963).
 
     Index 3 is Z, along the stalk. Poisson numbers follow ``nu_ij / E_i = nu_ji / E_j``,
     so `nu_XZ` is the small one.
@@ -31,7 +31,7 @@ class Elastic:
     G_XZ_MPa
         Shear modulus along the fibres, G_XZ = G_YZ.
     G_XY_MPa
-        Shear modulus across the fibres. None (the default) follows Eq. 4,
+        Shear modulus across the fibres. None (the default) is that of an isotropic plane,
         ``E_X / (2 (1 + nu_XY))``. Another value makes the layer tetragonal: X and Y become
         material axes.
     """
@@ -60,16 +60,15 @@ class Elastic:
         self._check_positive_definite()
         if abs(self.G_XY / self.G_XY_isotropic - 1.0) > 0.01:
             warnings.warn(
-                f"G_XY_MPa = {self.G_XY:g} contradicts Eq. 4, E_X / (2 (1 + nu_XY)) = "
-                f"{self.G_XY_isotropic:.3g} MPa: the layer is no longer isotropic in its "
-                "cross-section.",
+                f"G_XY_MPa = {self.G_XY:g} is not E_X / (2 (1 + nu_XY)) = "
+                f"{self.G_XY_isotropic:.3g} MPa: the layer is not isotropic in its cross-section",
                 SpecificationWarning,
                 stacklevel=3,
             )
 
     @property
     def G_XY_isotropic(self) -> float:
-        """In-plane shear modulus by Eq. 4, MPa."""
+        """In-plane shear modulus of an isotropic plane, MPa."""
         return self.E_X_MPa / (2.0 * (1.0 + self.nu_XY))
 
     @property

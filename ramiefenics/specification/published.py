@@ -1,6 +1,6 @@
 """The stalks of the published study, and nothing that it does not print.
 
-Source: "Bending mechanics test and parameters calibration of ramie stalks", Tables 1, 3, 7, 8.
+Source: Tables 1, 3, 7 and 8 of the study that `ramiefenics.specification.citation` names.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable
 
 from ramiefenics.specification.bending import BendingTest
+from ramiefenics.specification.citation import STUDY
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.material import Elastic, Material
 from ramiefenics.specification.stalk import Layer, Stalk
@@ -67,7 +68,7 @@ def ramie_at_height(height_cm: float) -> BendingTest:
     """
     if not 0.0 <= height_cm <= 150.0:
         raise SpecificationError(
-            "height_cm", height_cm, "must be between 0 and 150, the range of Table 1"
+            "height_cm", height_cm, f"must be between 0 and 150, the range of Table 1 of {STUDY}"
         )
     share = height_cm / 150.0
     outer = 15.70 + share * (10.90 - 15.70)
@@ -113,7 +114,7 @@ def published_test(name: str) -> BendingTest:
         known = ", ".join(PUBLISHED)
         raise SpecificationError("test", name, f"must be one of {known}, height-69cm or the like")
     warnings.warn(
-        f"Table 3 prints G_XY = {PHLOEM_G_XY_PRINTED_MPA} MPa for the phloem, but the paper's "
+        f"Table 3 of {STUDY} prints G_XY = {PHLOEM_G_XY_PRINTED_MPA} MPa for the phloem, but its "
         f"Eq. 4 gives {PHLOEM.elastic.G_XY:.2f} MPa, which is used; for the printed value set "
         f"stalk.layers.phloem.material.elastic.G_XY_MPa={PHLOEM_G_XY_PRINTED_MPA}",
         SpecificationWarning,

@@ -13,7 +13,7 @@ With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
   quadratic in C_13 it does not weaken when the layer is crushed. The shear stress saturates:
   ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
-- in-plane shear beyond Eq. 4, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, zero by default.
+- in-plane shear beyond an isotropic plane's, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, zero by default.
 
 Why shear has to saturate: under a shear stress tau, rank-one disturbances that do not lean the
 fibres release energy at the rate tau and are held by mu and lambda alone, some forty times below

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ramiefenics.measured.raw import RawCurve, read_numbers, tidy
+from ramiefenics.measured.raw import RawCurve, read_numbers
+from ramiefenics.measured.readers.base import Reader
 from ramiefenics.measured.tables import Row, make_table, parse_number, read_lines, unit_factor
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_number
@@ -67,17 +68,23 @@ class TextColumns:
             raise SpecificationError("columns", text, allowed)
 
 
-def read_columns(path: Path, layout: TextColumns) -> RawCurve:
-    """Read a text file of columns.
+def read_columns(
+    path: Path,
+    columns: tuple[str, ...] = TextColumns.columns,
+    speed_mm_per_min: float | None = None,
+    rate_Hz: float | None = None,
+) -> RawCurve:
+    """Read a text file of columns; see `TextColumns` for what they may be.
 
     Lines that begin with # % // or ' are comments; so are lines without any number before the
-    first row. Every row has as many cells as the layout has columns.
+    first row. Every row has as many cells as there are columns.
 
     Raises
     ------
     SpecificationError
         On the first defect: file, row, and what to do.
     """
+    layout = TextColumns(columns, speed_mm_per_min, rate_Hz)
     names = ["" if name == SKIPPED else name for name in layout.columns]
     table = read_numbers(path, make_table(path, names, _rows(path)), [*filter(None, names)])
     found = pd.DataFrame(index=table.index)
@@ -91,7 +98,7 @@ def read_columns(path: Path, layout: TextColumns) -> RawCurve:
         assert layout.speed_mm_per_min is not None
         found["displacement_mm"] = layout.speed_mm_per_min / 60.0 * found["time_s"]
     order = [name for name in ("time_s", "displacement_mm", "force_N") if name in found]
-    return tidy(path, found[order])
+    return RawCurve(path, found[order])
 
 
 def _rows(path: Path) -> list[Row]:
@@ -122,3 +129,6 @@ def _splitter(text: str) -> Callable[[str], list[str]]:
         if re.search(pattern, text):
             return functools.partial(re.split, pattern)
     return lambda row: [row]
+
+
+COLUMNS = Reader("columns", "Plain text: numbers in columns, and comments.", read_columns)

@@ -17,7 +17,8 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ramiefenics.measured.raw import RawCurve, read_numbers, tidy
+from ramiefenics.measured.raw import RawCurve, read_numbers
+from ramiefenics.measured.readers.base import Reader
 from ramiefenics.measured.tables import (
     UNITS,
     make_table,
@@ -82,7 +83,7 @@ def read_instron(path: Path) -> RawCurve:
         inside = name.rpartition("_")[2]
         place = f"{path.name}, row {first}, unit of {cells[columns[name]].strip()}"
         curve[name] *= unit_factor(place, units[name], inside)
-    return tidy(path, curve, _header(lines[:names], delimiter))
+    return RawCurve(path, curve, _header(lines[:names], delimiter))
 
 
 def _split(line: str, delimiter: str) -> list[str]:
@@ -169,3 +170,6 @@ def _header(lines: Sequence[str], delimiter: str) -> dict[str, str]:
             value = number
         found[name if name not in found else f"{key} ({unit})" if unit else key] = value
     return found
+
+
+INSTRON = Reader("instron", "What Instron's Bluehill exports as raw data.", read_instron)

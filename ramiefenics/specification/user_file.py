@@ -1,0 +1,47 @@
+"""Python files of the user's own: effects, readers of raw files and the like."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TypeVar
+
+from ramiefenics.specification.errors import SpecificationError
+
+T = TypeVar("T")
+
+
+def load_objects(path: str | Path, kind: type[T], field: str) -> list[T]:
+    """Run a Python file, and return the objects of a kind that it defines at its top level.
+
+    Parameters
+    ----------
+    path
+        The file.
+    kind
+        Class of the objects.
+    field
+        What the file was given as, named in errors.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such file, it does not run, or it defines none.
+    """
+    path = Path(path)
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise SpecificationError(field, str(path), "must be a Python file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except SpecificationError:
+        raise
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise SpecificationError(field, str(path), f"does not run ({reason})") from error
+    found = [value for value in vars(module).values() if isinstance(value, kind)]
+    if not found:
+        allowed = f"must define at least one ramiefenics.{kind.__name__} at its top level"
+        raise SpecificationError(field, str(path), allowed)
+    return found
