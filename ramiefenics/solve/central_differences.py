@@ -118,7 +118,7 @@ class CentralDifferences:
         span = (self._last_step_s + length_s) / 2.0
         half = span * self._drag / 2.0  # the drag is that of the velocity half-way
         pushed = span * (self._drag * self._smooth - self._inverse_mass * forces)
-        self.velocity = ((1.0 - half) * before + pushed) / (1.0 + half)
+        self.velocity = np.asarray(((1.0 - half) * before + pushed) / (1.0 + half))
         middle = (before + self.velocity) / 2.0
         self.kinetic_energy_Nmm = self._sum(self._mass * middle**2) / 2.0
         if self._drag:
