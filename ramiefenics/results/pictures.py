@@ -84,19 +84,23 @@ def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
 
 
 def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
-    fixture = result.test.fixture
-    stalk = result.test.stalk
-    half, width = stalk.height_mm / 2.0, stalk.outer_diameter_mm
-    top = half + fixture.indenter_radius_mm - travel_mm
-    bottom = -half - fixture.support_radius_mm
-    places = [
-        (top, 0.0, fixture.indenter_radius_mm),
-        (bottom, fixture.span_mm / 2.0, fixture.support_radius_mm),
-        (bottom, -fixture.span_mm / 2.0, fixture.support_radius_mm),
-    ]
-    return [
-        pv.Cylinder(
-            center=(0.0, y, z), direction=(1, 0, 0), radius=r, height=1.75 * width, resolution=96
+    """Return the fixture's cylinders where they are; a plate has a tenth of its width behind it."""
+    test, solids = result.test, []
+    width, length = 1.75 * test.stalk.outer_diameter_mm, test.stalk.length_mm
+    for cylinder in test.fixture.cylinders:
+        front = test.front_mm(cylinder) - (travel_mm if cylinder.moves else 0.0)
+        if cylinder.flat:
+            back = front + cylinder.up * width / 10.0
+            sides = (*sorted((front, back)), -0.55 * length, 0.55 * length)
+            solids.append(pv.Box((-width / 2.0, width / 2.0, *sides)))
+            continue
+        solids.append(
+            pv.Cylinder(
+                center=(0.0, front + cylinder.up * cylinder.radius_mm, cylinder.z_mm),
+                direction=(1, 0, 0),
+                radius=cylinder.radius_mm,
+                height=width,
+                resolution=96,
+            )
         )
-        for y, z, r in places
-    ]
+    return solids
