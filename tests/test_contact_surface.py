@@ -100,7 +100,7 @@ def test_rank_without_facets_of_contact_has_none(
     """As one of many ranks may have the stalk's sides only."""
     nothing = np.empty(0, dtype=np.int32)
     bare = tuple(dataclasses.replace(c, facets=nothing) for c in pressed.contact.obstacles)
-    monkeypatch.setattr(pressed.contact, "cylinders", bare)
+    monkeypatch.setattr(pressed.contact, "obstacles", bare)
     surface, corners = surface_of(pressed)
     assert corners.shape == (0, 4, 3)
     assert {len(values) for values in surface.evaluate().values()} == {0}

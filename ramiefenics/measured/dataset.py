@@ -145,7 +145,11 @@ def read_dataset(folder: str | Path) -> Dataset:
 def _baseline(folder: Path, layout: Layout) -> BendingTest:
     named = not layout.baseline.endswith(".toml")
     test = published_test(layout.baseline) if named else read_test(folder / layout.baseline)
-    return override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
+    test = override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
+    if not test.fixture.three_point:
+        allowed = "must be three-point bending, which slopes and strengths are reduced for"
+        raise SpecificationError("fixture", test.fixture, allowed)
+    return test
 
 
 def _specimen(

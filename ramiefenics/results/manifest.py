@@ -24,6 +24,7 @@ def summarise(result: BendingResult) -> dict[str, Any]:
     curve = result.curve
     force = curve["force_N"]
     work = float(curve["indenter_work_Nmm"].iloc[-1])
+    most = float(curve["indenter_work_Nmm"].max())
     spent = float(curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1])
     imbalance = float((force - curve["support_force_N"]).abs().max())
     return {
@@ -36,9 +37,9 @@ def summarise(result: BendingResult) -> dict[str, Any]:
         "slope_N_per_mm": result.slope_N_per_mm,
         "completed": result.completed,
         "ending": dataclasses.asdict(result.ending),
-        "reached_mm": float(curve["displacement_mm"].iloc[-1]),
+        "reached_mm": float(curve["displacement_mm"].max()),
         "force_imbalance": imbalance / result.max_force_N if result.max_force_N > 0 else None,
-        "energy_imbalance": (work - spent) / work if work > 0 else None,
+        "energy_imbalance": (work - spent) / most if most > 0 else None,
         "min_volume_ratio": float(curve["min_volume_ratio"].min()),
         "min_principal_stretch": float(curve["min_principal_stretch"].min()),
         "min_acoustic_MPa": (

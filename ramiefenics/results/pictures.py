@@ -49,7 +49,7 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
     for cylinder in _cylinders(result, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
     plotter.add_text(
-        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.travel_mm):.1f} N",
+        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.time_s):.1f} N",
         position="upper_left",
         font_size=14,
         color="black",
@@ -64,9 +64,9 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
     return pixels
 
 
-def _force_at(result: BendingResult, travel_mm: float) -> float:
+def _force_at(result: BendingResult, time_s: float) -> float:
     curve = result.curve
-    return float(np.interp(travel_mm, curve["displacement_mm"], curve["force_N"]))
+    return float(np.interp(time_s, curve["time_s"], curve["force_N"]))
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:

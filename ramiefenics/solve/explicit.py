@@ -238,9 +238,10 @@ def simulate_explicitly(
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants.
+        If the law cannot take a layer's constants, or the path has more than a loading.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test.protocol.check_loading_only("explicit runs")
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)

@@ -56,14 +56,14 @@ class BendingResult:
         The specification.
     curve
         One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
-        ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
+        ``time_s``, ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
         ``indenter_work_Nmm``.
     snapshots
         Full fields at the travels that the protocol names.
     statistics
         Cost.
     ending
-        Whether the whole travel was reached, else why not.
+        Whether the whole path was followed, else why not.
     jumps
         Dynamic transitions on the way.
     """
@@ -77,8 +77,14 @@ class BendingResult:
 
     @property
     def completed(self) -> bool:
-        """Whether the whole travel was reached."""
+        """Whether the whole path was followed."""
         return self.ending.kind == "completed"
+
+    @property
+    def loading(self) -> pd.DataFrame:
+        """The part of the curve where the indenter is farther than ever before."""
+        travel = self.curve["displacement_mm"]
+        return self.curve[travel > travel.cummax().shift(fill_value=-1.0)]
 
     @property
     def losses_mm(self) -> dict[str, float]:
@@ -101,8 +107,9 @@ class BendingResult:
 
     @property
     def peak(self) -> Peak:
-        """The force maximum, its place, plateau and error of step, at travels of the indenter."""
-        return find_peak(self.curve["displacement_mm"].to_numpy(), self.curve["force_N"].to_numpy())
+        """The force maximum of the loading, its place, plateau and error of step."""
+        loading = self.loading
+        return find_peak(loading["displacement_mm"].to_numpy(), loading["force_N"].to_numpy())
 
     @property
     def mesh_error_N(self) -> float | None:
@@ -122,13 +129,13 @@ class BendingResult:
 
     @property
     def has_force_maximum(self) -> bool:
-        """Whether the force falls again before the end of the curve."""
+        """Whether the force falls again before the end of the loading."""
         return self.peak.inside
 
     @property
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
-        return secant_slope(self.curve["displacement_mm"], self.curve["force_N"])
+        return secant_slope(self.loading["displacement_mm"], self.loading["force_N"])
 
 
 def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:

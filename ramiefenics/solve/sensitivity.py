@@ -88,8 +88,14 @@ def sensitivities(
         By name.
     comm
         MPI communicator, all of whose ranks call; the world by default.
+
+    Raises
+    ------
+    SpecificationError
+        If the path has more than a loading.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     stepper = QuasiStatic(problem, Observer(problem).observe, test.protocol, test.numerics.stepping)
     pairs = {name: _Pair.make(problem, parameter) for name, parameter in parameters.items()}

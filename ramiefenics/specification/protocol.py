@@ -106,6 +106,18 @@ class Protocol:
                 legs.append(Leg(at, target.to_mm, abs(target.to_mm - at) / speed))
         return tuple(legs)
 
+    def check_loading_only(self, what: str) -> None:
+        """Check that nothing follows the first loading, where that is all that can be followed.
+
+        Raises
+        ------
+        SpecificationError
+            If something does.
+        """
+        if self.then:
+            allowed = f"must be left out: {what} follow the first loading only"
+            raise SpecificationError("protocol.then", f"{len(self.then)} targets", allowed)
+
     @property
     def duration_s(self) -> float:
         """Time that the whole path takes."""
