@@ -77,14 +77,16 @@ class Observables:
             return "the void has closed under an indenter, and the model has no contact inside it"
         if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
-        if self.misses_contact:
-            how = "without force" if self.force_N <= 0.0 else "with too little force"
-            return (
-                f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
-                "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
-                "smaller"
-            )
         return None
+
+    def missed_contact(self) -> str:
+        """Return what is wrong where contact is missed."""
+        how = "without force" if self.force_N <= 0.0 else "with too little force"
+        return (
+            f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
+            "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
+            "smaller"
+        )
 
     @property
     def misses_contact(self) -> bool:

@@ -151,7 +151,7 @@ def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int,
 def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, list[int]]:
     """Sort the boundary surfaces by where they lie; the geometry decides, not an order."""
     quarter = test.numerics.domain == "quarter"
-    outer = test.stalk.outer_diameter_mm / 2.0
+    inner, outer = test.stalk.void_diameter_mm / 2.0, test.stalk.outer_diameter_mm / 2.0
     tolerance = 1e-3 * outer
     parts: dict[str, list[int]] = {name: [] for name in SURFACES}
     solids = [(3, tag) for tags in volumes.values() for tag in tags]
@@ -162,8 +162,7 @@ def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, lis
         elif max(abs(x0), abs(x1)) < tolerance:
             name = "symmetry_x"
         else:
-            # an arc that ends on an axis, or on a diagonal of a solid core's blocks
-            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))
-            name = "outer" if abs(radius - outer) < 0.05 * outer else "inner"
+            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))  # of an arc that ends on an axis
+            name = "outer" if radius > (inner + outer) / 2.0 else "inner"
         parts[name].append(tag)
     return parts

@@ -81,7 +81,7 @@ def stretches(protocol: Protocol, settings: Stepping) -> Iterator[Stretch]:
     start_s, legs = 0.0, protocol.legs
     for number, leg in enumerate(legs):
         shortest, longest = settings.min_step_mm, settings.max_step_mm
-        first = shortest if number else settings.first_step_mm  # friction turns around
+        first = settings.first_step_mm
         if leg.from_mm == leg.to_mm:
             shares = FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE
             first, shortest, longest = (share * leg.duration_s for share in shares)

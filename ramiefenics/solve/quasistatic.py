@@ -159,15 +159,17 @@ class QuasiStatic(Generic[T]):
                 return
 
     def _enter(self, stretch: Stretch) -> None:
-        """Forget what a leg of the other kind, motion or rest, has told of the next step."""
-        if not stretch.is_first and stretch.holds != self._stretch.holds:
+        """Forget what a leg of the other kind, or one that lifted off, has told of the next."""
+        lifted = self._measured.force_N <= 0.0
+        if not stretch.is_first and (lifted or stretch.holds != self._stretch.holds):
             self._rate[:] = 0.0
             self._slope = self._last_length = 0.0
         self._stretch = stretch
 
     def _follow(self, stretch: Stretch) -> Iterator[Step[T]]:
         """Yield the steps of a leg."""
-        at, increment = 0.0, stretch.first
+        turns = not (stretch.is_first or stretch.holds) and self._measured.force_N > 0.0
+        at, increment = 0.0, stretch.shortest if turns else stretch.first  # as friction turns
         while self.ending is None and at < stretch.length:
             stop = stretch.next_stop(at)
             equal = math.ceil((stop - at) / increment - 1e-9)  # steps to the stop
@@ -218,7 +220,7 @@ class QuasiStatic(Generic[T]):
         smooth = False
         if outcome.converged:
             measured = self._observe()
-            if measured.misses_contact and not shortest:
+            if self._misses(measured) and not shortest:
                 return None
             jump = self._jump(travel, length, measured)
             smooth = jump is None
@@ -286,9 +288,15 @@ class QuasiStatic(Generic[T]):
             return None
         return Jump(travel, released, before.force_N, measured.force_N)
 
+    def _misses(self, measured: T) -> bool:
+        """Return whether the drive has gone into the structure; going back, it may lift off."""
+        return self._stretch.direction > 0.0 and measured.misses_contact
+
     def _ending(self, at: float, measured: T) -> Ending | None:
         stretch = self._stretch
         reason = measured.physical_end()
+        if reason is None and self._misses(measured):
+            reason = measured.missed_contact()
         if reason is not None:
             return Ending("physical", f"{reason}, at {stretch.travel_mm(at):.3f} mm of travel")
         return Ending("completed") if stretch.is_last and at >= stretch.length else None
