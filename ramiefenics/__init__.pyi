@@ -71,6 +71,7 @@ from .specification import (
     SpecificationWarning as SpecificationWarning,
     Stalk as Stalk,
     Stepping as Stepping,
+    Target as Target,
     mesh_recipe as mesh_recipe,
     override as override,
     published_test as published_test,

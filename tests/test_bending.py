@@ -269,6 +269,6 @@ def test_rounding_does_not_choose_what_a_cylinder_may_touch() -> None:
     """The standard recipe has cells just between indenter and support."""
     test = override(published_test("table3"), ["numerics.mesh=standard"])
     wider = override(test, ["stalk.layers.phloem.outer_diameter_mm=14.2301"])
-    one, other = (BendingProblem(t, MPI.COMM_SELF).contact.cylinders for t in (test, wider))
+    one, other = (BendingProblem(t, MPI.COMM_SELF).contact.obstacles for t in (test, wider))
     for a, b in zip(one, other, strict=True):
         assert np.array_equal(a.facets, b.facets)

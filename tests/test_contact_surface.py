@@ -41,14 +41,10 @@ def test_facets_sum_to_the_forces_of_contact(pressed: BendingProblem) -> None:
     fields = surface.evaluate()
     force = (fields["area"][:, None] * fields["contact_traction"]).sum
     above = corners[:, :, 1].mean(axis=1) > 0.0
-    sums = pressed.contact.sums()
+    indenter, support = pressed.contact.sums()
     # the same numbers at the same points, summed in another order
-    assert force(axis=0, where=above[:, None])[1] == pytest.approx(
-        sums["indenter"].force_y_N, rel=1e-12
-    )
-    assert force(axis=0, where=~above[:, None])[1] == pytest.approx(
-        sums["support"].force_y_N, rel=1e-12
-    )
+    assert force(axis=0, where=above[:, None])[1] == pytest.approx(indenter.force_y_N, rel=1e-12)
+    assert force(axis=0, where=~above[:, None])[1] == pytest.approx(support.force_y_N, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["pressure", "friction", "traction"])
@@ -103,8 +99,8 @@ def test_rank_without_facets_of_contact_has_none(
 ) -> None:
     """As one of many ranks may have the stalk's sides only."""
     nothing = np.empty(0, dtype=np.int32)
-    bare = tuple(dataclasses.replace(c, facets=nothing) for c in pressed.contact.cylinders)
-    monkeypatch.setattr(pressed.contact, "cylinders", bare)
+    bare = tuple(dataclasses.replace(c, facets=nothing) for c in pressed.contact.obstacles)
+    monkeypatch.setattr(pressed.contact, "obstacles", bare)
     surface, corners = surface_of(pressed)
     assert corners.shape == (0, 4, 3)
     assert {len(values) for values in surface.evaluate().values()} == {0}

@@ -48,7 +48,7 @@ mesh = "screening"
 BAD = [
     ("span_mm = 100.0", "spam_mm = 100.0", "fixture.spam_mm = 100.0 .*nearest .*'span_mm'"),
     ("span_mm = 100.0", "span_mm = 200.0", "fixture.span_mm = 200.0 must be below .* 180 mm"),
-    ("span_mm = 100.0", "span_mm = -1.0", "fixture.span_mm = -1.0 must be .* above 0 mm"),
+    ("span_mm = 100.0", "span_mm = -1.0", "fixture.span_mm = -1.0 must be .* at least 0 mm"),
     ("span_mm = 100.0", "span_mm = 18", "fixture.span_mm = 18.0 must be above 20 mm"),
     ("span_mm = 100.0", 'span_mm = "wide"', "fixture.span_mm = 'wide' must be a number"),
     ("span_mm = 100.0", "span_mm = nan", "fixture.span_mm = nan must be a number"),

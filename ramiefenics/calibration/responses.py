@@ -70,7 +70,7 @@ class Response:
             return math.nan
         if self.simulated is not None:
             return self.simulated(result)
-        curve = result.curve[["recorded_displacement_mm", "force_N"]]
+        curve = result.loading[["recorded_displacement_mm", "force_N"]]
         return self.of(curve.rename(columns={"recorded_displacement_mm": "displacement_mm"}))
 
 

@@ -70,6 +70,7 @@ def explicit_command(
     meshes take long; `--mesh ladder_q1_1` takes a minute or two.
     """
     test = load_test(spec, mesh, law, assign)
+    test.protocol.check_loading_only("explicit runs")
     folder = claim(out or Path("results") / f"{Path(spec).stem}-explicit")
     from ramiefenics.model.laws import check_law
     from ramiefenics.solve.explicit import simulate_explicitly

@@ -44,9 +44,9 @@ def bending(
     test: BendingTest, name: str = "bending"
 ) -> Iterator[Callable[[Step[Observables]], None]]:
     """Show travel, force, iterations and time left of a run."""
-    with _doing(name, test.protocol.travel_mm) as tell:
+    with _doing(name, test.protocol.duration_s) as tell:
         yield lambda step: tell(
-            step.travel_mm,
+            step.time_s,
             f"{step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N "
             f"{step.iterations:2d} iterations",
         )

@@ -100,16 +100,16 @@ def _simulate(tests: list[BendingTest], runs: SharedRuns, report: Progress) -> I
         report(0.0, "compiling")
         _compile(tests[0], runs)
     for test, cost in zip(tests, costs, strict=True):
-        name, travel_mm = test.numerics.mesh.name, test.protocol.travel_mm
+        name, duration_s = test.numerics.mesh.name, test.protocol.duration_s
 
         def show(
             step: Step[Observables],
             name: str = name,
             start: float = spent,
-            share: float = cost / travel_mm,
+            share: float = cost / duration_s,
         ) -> None:
             state = f"{name}: {step.travel_mm:6.3f} mm {step.observables.force_N:8.2f} N"
-            report((start + share * step.travel_mm) / total, state)
+            report((start + share * step.time_s) / total, state)
 
         yield runs.run(test, show)
         spent += cost
@@ -119,7 +119,7 @@ def _simulate(tests: list[BendingTest], runs: SharedRuns, report: Progress) -> I
 def _compile(test: BendingTest, runs: SharedRuns) -> None:
     """Compile forms ahead, by a first step, so that no mesh's time has that in it."""
     step = min(test.numerics.stepping.first_step_mm, test.protocol.travel_mm)
-    runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step)))
+    runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step, then=())))
 
 
 def _cells(test: BendingTest) -> int:
@@ -136,7 +136,7 @@ def _positions(travel_mm: float) -> tuple[float, ...]:
 
 def _row(run: KeptRun, positions_mm: tuple[float, ...]) -> dict[str, object]:
     result, statistics = run.result, run.result.statistics
-    travel, force = result.curve["displacement_mm"], result.curve["force_N"]
+    travel, force = result.loading["displacement_mm"], result.loading["force_N"]
     # of a curve that ends early and still rises, the maximum is not known
     known = result.completed or result.has_force_maximum
     forces = {

@@ -170,7 +170,9 @@ class Simulator:
 
     def _task(self, test: BendingTest, factors: tuple[Factor, ...] = ()) -> CurveTask:
         travel = float(self._at[-1])
-        protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
+        protocol = dataclasses.replace(
+            test.protocol, travel_mm=travel, save_every_mm=travel, then=()
+        )
         return CurveTask(dataclasses.replace(test, protocol=protocol), factors)
 
     def _curves(self, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:

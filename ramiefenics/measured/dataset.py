@@ -163,7 +163,11 @@ def _baseline(folder: Path, layout: Layout) -> BendingTest:
             SpecificationWarning,
             stacklevel=3,
         )
-    return override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
+    test = override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
+    if not test.fixture.three_point:
+        allowed = "must be three-point bending, which slopes and strengths are reduced for"
+        raise SpecificationError("fixture", test.fixture, allowed)
+    return test
 
 
 def _specimen(

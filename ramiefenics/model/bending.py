@@ -8,18 +8,15 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from ramiefenics.model.contact import Contact, Cylinder
+from ramiefenics.model.contact import Contact, ContactSums, Obstacle
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, Cylinder
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
 """From the modelled part to the whole stalk."""
-
-INDENTER, SUPPORT, OTHER_SUPPORT = "indenter", "support", "other_support"
-"""Names of the cylinders; the other support is that at Z < 0, if the model has it."""
 
 
 class BendingProblem:
@@ -63,10 +60,10 @@ class BendingProblem:
         elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)
         self.contact = Contact(
             self.solid,
-            self._cylinders(),
+            self._obstacles(),
             test.fixture.friction,
             test.numerics.contact,
-            (radii[-1] - radii[-2]) / elements * stalk.height_mm / stalk.outer_diameter_mm,
+            (radii[-1] - radii[-2]) / elements * 2.0 * stalk.top_mm / stalk.outer_diameter_mm,
         )
         self.bcs = [
             self.solid.symmetry(self.tube.facets.find(SURFACES[name]), axis)
@@ -99,13 +96,13 @@ class BendingProblem:
         return compile_form(solid), compile_form(contact)
 
     def first_guess(self, travel: float) -> None:
-        """Set the displacement of a stalk pushed rigidly halfway: it touches all cylinders."""
+        """Set the displacement of a stalk pushed rigidly halfway: it touches all obstacles."""
         self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
 
     def place(self, travel: float, duration_s: float) -> None:
-        """Push the indenter down from its last accepted position; may be called again."""
+        """Push what moves down from its last accepted position; may be called again."""
         self.solid.duration.value = duration_s
-        self.contact.place(INDENTER, -travel)
+        self.contact.place(-travel)
 
     def remember(self) -> None:
         """Let slip refer to the current state."""
@@ -116,27 +113,40 @@ class BendingProblem:
         self.remember()
         self.contact.update_stabilisation()
 
-    def _cylinders(self) -> tuple[Cylinder, ...]:
-        """Place indenter and supports, each facing the half of the surface that it can reach."""
+    def forces(self, sums: tuple[ContactSums, ...]) -> tuple[float, float]:
+        """Return what moving obstacles press and fixed ones bear, N, of the whole stalk."""
+        pressed = -sum(s.force_y_N for s in sums if s.cylinder.moves)
+        borne = sum(s.force_y_N for s in sums if not s.cylinder.moves)
+        return pressed * self.factor, borne * self.factor
+
+    def _obstacles(self) -> tuple[Obstacle, ...]:
+        """Place the fixture's cylinders, each facing the part of the surface that it can reach."""
         mesh = self.tube.mesh
         outer = self.tube.facets.find(SURFACES["outer"])
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
-        stalk, fixture = self.test.stalk, self.test.fixture
-        radius = stalk.height_mm / 2.0
-        # a cell just between two cylinders touches neither: rounding must not choose
-        reach = fixture.span_mm * (0.25 - 1e-6)
-        y, z = middle[:, 1], middle[:, 2]
-        top = radius * stalk.scale_at(0.0) + fixture.indenter_radius_mm
-        cylinders = [
-            Cylinder(
-                INDENTER, top, 0.0, fixture.indenter_radius_mm, outer[(y > 0) & (abs(z) < reach)]
-            )
-        ]
-        for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
-            if name == SUPPORT or self.test.numerics.domain != "quarter":
-                facets = outer[(y < 0) & (side * z > fixture.span_mm / 2.0 - reach)]
-                at = side * fixture.span_mm / 2.0
+        cylinders = self.test.fixture.cylinders
+        quarter = self.test.numerics.domain == "quarter"
+        obstacles = []
+        for cylinder in cylinders:
+            if not (quarter and cylinder.z_mm < 0.0):
+                low, high = _reach(cylinder, cylinders)
+                facing = (cylinder.up * middle[:, 1] > 0) & (low < middle[:, 2])
+                facets = outer[facing & (middle[:, 2] < high)]
                 # a tapered stalk lies tilted; here it is straight, and the supports are tilted
-                bottom = -radius * stalk.scale_at(at) - fixture.support_radius_mm
-                cylinders.append(Cylinder(name, bottom, at, fixture.support_radius_mm, facets))
-        return tuple(cylinders)
+                obstacles.append(Obstacle(cylinder, self.test.front_mm(cylinder), facets))
+        return tuple(obstacles)
+
+
+def _reach(cylinder: Cylinder, cylinders: tuple[Cylinder, ...]) -> tuple[float, float]:
+    """Return the range of Z that a cylinder may touch: up to the middle between it and the next.
+
+    A plate may touch everything on its side.
+    """
+    low, high = -np.inf, np.inf
+    for other in cylinders:
+        if not (cylinder.flat or other.flat or other.z_mm == cylinder.z_mm):
+            distance = other.z_mm - cylinder.z_mm
+            # a cell just between two cylinders touches neither: rounding must not choose
+            edge = cylinder.z_mm + distance * (0.5 - 2e-6)
+            low, high = (low, min(high, edge)) if distance > 0 else (max(low, edge), high)
+    return low, high

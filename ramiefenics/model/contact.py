@@ -1,4 +1,4 @@
-"""Frictional contact of the stalk's surface with rigid cylinders by Nitsche's method.
+"""Frictional contact of the stalk's surface with rigid cylinders and plates by Nitsche's method.
 
 With x = X + u, a cylinder of axis c and radius R, gap g = |x - c| - R and normal n = grad g
 (from the cylinder into the stalk), nominal traction t = P N and gamma > 0, the pressure is
@@ -30,7 +30,7 @@ from ramiefenics.model.friction import FrictionLaw, Grip
 from ramiefenics.model.jit import compile_expression, compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification import ContactMethod, Friction
+from ramiefenics.specification import ContactMethod, Cylinder, Friction
 
 SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 """By element order; finer than the volume's, because the edge of contact cuts facets."""
@@ -39,6 +39,10 @@ SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 SLIPS = 0.9
 """Share of friction that is mobilised where a point counts as slipping."""
 
+PLATE_RADIUS_MM = 1e3
+"""A plate is treated as a cylinder from whose axis distances are measured along Y alone; this is
+how far behind the plate's surface that axis is."""
+
 GAP_LIMIT = 0.1
 """Nothing touches across a gap wider than this multiple of the surface cells' thickness. At a
 solution gaps of touching points are far smaller; on the way to one, a cell crushed by a rash Newton
@@ -46,34 +50,42 @@ step could otherwise hold itself crushed by its own stress, without touching any
 
 
 @dataclass(frozen=True)
-class Cylinder:
-    """A rigid cylinder along X.
+class Obstacle:
+    """A rigid cylinder or plate, where it is at the start, and what may touch it.
 
     Attributes
     ----------
-    name
-        A name of its own.
-    y_mm, z_mm
-        Axis at the start.
-    radius_mm
-        Radius.
+    cylinder
+        The cylinder.
+    front_mm
+        Y of its surface, where that is nearest to the stalk.
     facets
         Boundary facets that can touch it, local indices.
     """
 
-    name: str
-    y_mm: float
-    z_mm: float
-    radius_mm: float
+    cylinder: Cylinder
+    front_mm: float
     facets: NDArray[np.int32]
+
+    @property
+    def radius_mm(self) -> float:
+        """Distance of its surface from its axis; of a plate, `PLATE_RADIUS_MM`."""
+        return PLATE_RADIUS_MM if self.cylinder.flat else self.cylinder.radius_mm
+
+    @property
+    def y_mm(self) -> float:
+        """Y of its axis at the start."""
+        return self.front_mm + self.cylinder.up * self.radius_mm
 
 
 @dataclass(frozen=True)
 class ContactSums:
-    """Sums over one cylinder's contact on the mesh.
+    """Sums over one obstacle's contact on the mesh.
 
     Attributes
     ----------
+    cylinder
+        The obstacle.
     force_y_N
         Force on the stalk along Y.
     friction_work_Nmm
@@ -84,6 +96,7 @@ class ContactSums:
         Its first and second moments, (X, Z) in deformed position.
     """
 
+    cylinder: Cylinder
     force_y_N: float
     friction_work_Nmm: float
     area_mm2: float
@@ -94,14 +107,14 @@ class ContactSums:
 class Contact:
     """Contact terms of the weak form, and what they tell after a step.
 
-    All cylinders share one integral: axis, radius and motion are cell-wise data, as are the
+    All obstacles share one integral: axis, radius and motion are cell-wise data, as are the
     stabilisation and its floor.
 
     Parameters
     ----------
     solid
         The deforming solid.
-    cylinders
+    obstacles
         What it may touch, each with facets of its own.
     friction
         Coulomb coefficients.
@@ -113,24 +126,24 @@ class Contact:
     Attributes
     ----------
     gap
-        Distance from the cylinder, mm; in UFL like the following ones.
+        Distance from the obstacle, mm; in UFL like the following ones.
     pressure, friction, traction
-        What the cylinder exerts per undeformed area, MPa: along the normal, tangentially and in
+        What the obstacle exerts per undeformed area, MPa: along the normal, tangentially and in
         all; the latter two of shape (3,).
     ds
-        Measure of the facets of all cylinders.
+        Measure of the facets of all obstacles.
     """
 
     def __init__(
         self,
         solid: Solid,
-        cylinders: tuple[Cylinder, ...],
+        obstacles: tuple[Obstacle, ...],
         friction: Friction,
         method: ContactMethod,
         cell_thickness_mm: float,
     ) -> None:
         self.solid = solid
-        self.cylinders = cylinders
+        self.obstacles = obstacles
         self._friction = friction
         self._method = method
         mesh = solid.mesh
@@ -138,11 +151,12 @@ class Contact:
         self._axis = fem.Function(self._plane)
         self._motion = fem.Function(self._plane)
         self._radius = fem.Function(solid.cellwise)
+        self._curved = fem.Function(solid.cellwise)  # 0 for plates, 1 for cylinders
         self.gamma = fem.Function(solid.cellwise, name="stabilisation")
         self._previous = fem.Function(solid.space)
         self._reach = fem.Constant(mesh, GAP_LIMIT * cell_thickness_mm)
-        self._height = {cylinder.name: cylinder.y_mm for cylinder in cylinders}  # last converged
-        self._rise = dict.fromkeys(self._height, 0.0)  # since then
+        self._descent_mm = 0.0  # of what moves, until the last converged step
+        self._further_mm = 0.0  # since then
         self._mark_cells()
         self._state()
         # the inverse inequality behind Nitsche's method scales with order^2 / thickness
@@ -159,15 +173,16 @@ class Contact:
         mesh.topology.create_connectivity(dim - 1, dim)
         cell_of = mesh.topology.connectivity(dim - 1, dim)
         self._cells = [
-            np.unique(np.array([cell_of.links(f)[0] for f in c.facets], dtype=np.int32))
-            for c in self.cylinders
+            np.unique(np.array([cell_of.links(f)[0] for f in o.facets], dtype=np.int32))
+            for o in self.obstacles
         ]
         self._radius.x.array[:] = 1.0
         axis = self._axis.x.array.reshape(-1, 2)
-        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
-            axis[cells] = (cylinder.y_mm, cylinder.z_mm)
-            self._radius.x.array[cells] = cylinder.radius_mm
-        facets = np.unique(np.concatenate([c.facets for c in self.cylinders]))
+        for obstacle, cells in zip(self.obstacles, self._cells, strict=True):
+            axis[cells] = (obstacle.y_mm, obstacle.cylinder.z_mm)
+            self._radius.x.array[cells] = obstacle.radius_mm
+            self._curved.x.array[cells] = 0.0 if obstacle.cylinder.flat else 1.0
+        facets = np.unique(np.concatenate([o.facets for o in self.obstacles]))
         tags = dmesh.meshtags(mesh, dim - 1, facets, np.ones(len(facets), dtype=np.int32))
         degree = SURFACE_QUADRATURE_DEGREE[self.solid.order]
         self.ds = ufl.Measure(
@@ -180,7 +195,8 @@ class Contact:
         u = self.solid.displacement
         mesh = self.solid.mesh
         x = ufl.SpatialCoordinate(mesh) + u
-        across = ufl.as_vector((0, x[1] - self._axis[0], x[2] - self._axis[1]))
+        along_z = self._curved * (x[2] - self._axis[1])
+        across = ufl.as_vector((0, x[1] - self._axis[0], along_z))
         distance = ufl.sqrt(ufl.dot(across, across))
         self._normal = n = across / distance
         self.gap = gap = distance - self._radius
@@ -255,21 +271,19 @@ class Contact:
         self.gamma.x.array[self._all_cells] = self._gamma_scale * stiffness
         self.gamma.x.scatter_forward()
 
-    def place(self, name: str, dy: float) -> None:
-        """Set a cylinder's position for the step to come.
+    def place(self, dy: float) -> None:
+        """Set the position of what moves for the step to come.
 
         Parameters
         ----------
-        name
-            The cylinder that moves.
         dy
-            Its displacement from the last converged position along Y, mm.
+            Displacement from the last converged position along Y, mm.
         """
-        self._rise[name] = dy
-        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
-            if cylinder.name == name:
-                axis = self._axis.x.array.reshape(-1, 2)
-                motion = self._motion.x.array.reshape(-1, 2)
+        self._further_mm = -dy
+        axis = self._axis.x.array.reshape(-1, 2)
+        motion = self._motion.x.array.reshape(-1, 2)
+        for obstacle, cells in zip(self.obstacles, self._cells, strict=True):
+            if obstacle.cylinder.moves:
                 axis[cells, 0] += dy - motion[cells, 0]
                 motion[cells, 0] = dy
 
@@ -278,24 +292,21 @@ class Contact:
         self._memory.remember(self._present)
         self._previous.x.array[:] = self.solid.displacement.x.array
         self._motion.x.array[:] = 0.0
-        self._height = {name: y + self._rise[name] for name, y in self._height.items()}
-        self._rise = dict.fromkeys(self._height, 0.0)
+        self._descent_mm, self._further_mm = self._descent_mm + self._further_mm, 0.0
 
-    def height(self, name: str) -> float:
-        """Return where a cylinder's axis is now along Y, mm."""
-        return self._height[name] + self._rise[name]
+    def front(self, obstacle: Obstacle) -> float:
+        """Return the Y of an obstacle's surface now, where it is nearest to the stalk, mm."""
+        descent = self._descent_mm + self._further_mm
+        return obstacle.front_mm - (descent if obstacle.cylinder.moves else 0.0)
 
-    def nodes(self) -> dict[str, NDArray[np.int32]]:
-        """Return by cylinder the local nodes on which its forces act, those of its cells."""
+    def nodes(self) -> list[NDArray[np.int32]]:
+        """Return by obstacle the local nodes on which its forces act, those of its cells."""
         nodes_of = self.solid.space.dofmap.list
-        return {
-            cylinder.name: np.unique(nodes_of[cells])
-            for cylinder, cells in zip(self.cylinders, self._cells, strict=True)
-        }
+        return [np.unique(nodes_of[cells]) for cells in self._cells]
 
     @property
     def slip(self) -> Expr:
-        """Tangential motion over the cylinder in this step, mm, UFL shape (3,)."""
+        """Tangential motion over the obstacle in this step, mm, UFL shape (3,)."""
         return self._slip
 
     def _compile_sums(self) -> fem.Form:
@@ -306,12 +317,12 @@ class Contact:
         values = (self.traction[1], self._work, *(touching * moment for moment in moments))
         return compile_form(ufl.dot(ufl.as_vector(values), w) * self.ds)
 
-    def sums(self) -> dict[str, ContactSums]:
-        """Return what each cylinder bears, by name; collective."""
+    def sums(self) -> tuple[ContactSums, ...]:
+        """Return what each obstacle bears; collective."""
         values = fem.assemble_vector(self._sums).array.reshape(-1, 7)
-        sums = {}
-        for cylinder, cells in zip(self.cylinders, self._cells, strict=True):
+        sums = []
+        for obstacle, cells in zip(self.obstacles, self._cells, strict=True):
             local = values[cells].sum(axis=0)
             force, work, area, x, z, xx, zz = self.solid.mesh.comm.allreduce(local, op=MPI.SUM)
-            sums[cylinder.name] = ContactSums(force, work, area, (x, z), (xx, zz))
-        return sums
+            sums.append(ContactSums(obstacle.cylinder, force, work, area, (x, z), (xx, zz)))
+        return tuple(sums)

@@ -20,34 +20,42 @@ def axial_positions(test: BendingTest) -> NDArray[np.float64]:
     """Return the Z of every cross-section of nodes, mm, ascending, shape (n,).
 
     Fine under the cylinders, coarser in between, by the recipe; from 0 to the end of the
-    specimen on the quarter model, else mirrored to both sides.
+    specimen on the quarter model, else on both sides of 0. There is one at every axis.
     """
-    ends = (0.0, test.fixture.span_mm / 2.0, test.stalk.length_mm / 2.0)
-    pieces = [_graded(start, stop, test) for start, stop in itertools.pairwise(ends)]
-    z = np.concatenate([pieces[0], pieces[1][1:]])
-    return z if test.numerics.domain == "quarter" else np.concatenate([-z[:0:-1], z])
+    ahead = _one_side(test, 1.0)
+    if test.numerics.domain == "quarter":
+        return ahead
+    return np.concatenate([-_one_side(test, -1.0)[:0:-1], ahead])
 
 
-def _graded(start: float, stop: float, test: BendingTest) -> NDArray[np.float64]:
+def _one_side(test: BendingTest, sign: float) -> NDArray[np.float64]:
+    """Return the distances from Z = 0 of the sections at Z of a sign, ascending."""
+    axes = [sign * cylinder.z_mm for cylinder in test.fixture.cylinders]
+    cuts = sorted({0.0, *(at for at in axes if at > 0.0), test.stalk.length_mm / 2.0})
+    pieces = [_graded(start, stop, test, sign) for start, stop in itertools.pairwise(cuts)]
+    return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+
+
+def _graded(start: float, stop: float, test: BendingTest, sign: float) -> NDArray[np.float64]:
     """Divide an interval so that element lengths follow the recipe's size function."""
     z = np.linspace(start, stop, 2001)
-    density = 1.0 / _element_length(z, test)
+    density = 1.0 / _element_length(sign * z, test)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))])
     elements = max(1, int(np.ceil(count[-1] - 1e-9)))
     return np.interp(np.linspace(0.0, count[-1], elements + 1), count, z)
 
 
 def _element_length(z: NDArray[np.floating], test: BendingTest) -> NDArray[np.float64]:
-    """Return the wanted length of the elements at Z >= 0, mm."""
-    recipe, fixture, stalk = test.numerics.mesh, test.fixture, test.stalk
-    shortest = min(fixture.span_mm, DIAMETERS * min(stalk.outer_diameter_mm, stalk.height_mm))
+    """Return the wanted length of the elements at Z, mm; nothing varies along a plate."""
+    recipe, stalk, cylinders = test.numerics.mesh, test.stalk, test.fixture.cylinders
+    axes = [cylinder.z_mm for cylinder in cylinders]
+    span = max(axes) - min(axes) or stalk.length_mm
+    shortest = min(span, DIAMETERS * min(stalk.outer_diameter_mm, stalk.height_mm))
     length = np.full_like(z, recipe.coarse_size * shortest)
-    cylinders = (
-        (0.0, fixture.indenter_radius_mm),
-        (fixture.span_mm / 2, fixture.support_radius_mm),
-    )
-    for at, radius in cylinders:
-        beyond = np.maximum(np.abs(z - at) - recipe.contact_zone * shortest, 0.0)
-        under = recipe.contact_size * min(shortest, RADII * radius)
-        length = np.minimum(length, under + recipe.growth * beyond)
+    for cylinder in cylinders:
+        if not cylinder.flat:
+            away = np.abs(z - cylinder.z_mm)
+            beyond = np.maximum(away - recipe.contact_zone * shortest, 0.0)
+            under = recipe.contact_size * min(shortest, RADII * cylinder.radius_mm)
+            length = np.minimum(length, under + recipe.growth * beyond)
     return length

@@ -10,10 +10,11 @@ from dolfinx import fem
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ramiefenics.model.bending import INDENTER, OTHER_SUPPORT, SUPPORT, BendingProblem
+from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
 from ramiefenics.model.tube import SURFACES
+from ramiefenics.specification import Cylinder
 
 UNFELT_MM, SWALLOWED = 0.1, 0.5
 """A cylinder that is so deep inside the stalk without force, or by that share of its radius with
@@ -27,23 +28,24 @@ class Observables:
     Attributes
     ----------
     force_N, support_force_N
-        Pressed by the indenter, borne by both supports.
+        Pressed by all cylinders that move, borne by all that do not.
     indenter_contact_length_mm, indenter_contact_width_mm
         Extent of the touching area along Z and along X: four standard deviations, which are the
-        axes of an ellipse.
+        axes of an ellipse. On the first cylinder of the fixture that moves.
     support_contact_length_mm, support_contact_width_mm
-        The same on the support at Z > 0.
+        The same on the first one that does not.
     section_height_mm, section_width_mm
-        Extent of the midspan section along Y and X.
+        Extent along Y and X of the section under the first cylinder that moves: midspan, if that
+        is in the middle.
     void_height_mm
-        Height left of the pith void at midspan; NaN for a solid core.
+        Height left of the pith void in that section; NaN for a solid core.
     overhang_mm
-        Least length of stalk along Z, on its lower side, left beyond the middle of the contact with
-        a support; NaN if a support has no contact.
+        Least length of stalk along Z, on the side of a fixed cylinder, left beyond the middle of
+        the contact with it; NaN if one has no contact.
     penetration_mm
         How far, along Y, the front of a cylinder is beyond a corner of the mesh, at the most.
     penetration_radii
-        The same over the cylinder's radius.
+        The same over the cylinder's radius; none for plates.
     stored_energy_Nmm, friction_work_Nmm
         Elastic energy; work done against friction so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
@@ -72,17 +74,19 @@ class Observables:
     def physical_end(self) -> str | None:
         """Return why the model says nothing about what follows, if so."""
         if self.void_height_mm <= 0.0:
-            return "the void has closed at midspan, and the model has no contact inside it"
+            return "the void has closed under an indenter, and the model has no contact inside it"
         if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
-        if self.misses_contact:
-            how = "without force" if self.force_N <= 0.0 else "with too little force"
-            return (
-                f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
-                "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
-                "smaller"
-            )
         return None
+
+    def missed_contact(self) -> str:
+        """Return what is wrong where contact is missed."""
+        how = "without force" if self.force_N <= 0.0 else "with too little force"
+        return (
+            f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
+            "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
+            "smaller"
+        )
 
     @property
     def misses_contact(self) -> bool:
@@ -113,23 +117,24 @@ class Observer:
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
         self._at = self._vertices.tabulate_dof_coordinates()
         self._moved = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
+        self._fixture = problem.test.fixture
         self._section = self._on_section("outer")
         self._bore = self._on_section("inner")
         dim = mesh.topology.dim
         self._facing = [
-            (cylinder, fem.locate_dofs_topological(self._vertices, dim - 1, cylinder.facets))
-            for cylinder in problem.contact.cylinders
+            (obstacle, fem.locate_dofs_topological(self._vertices, dim - 1, obstacle.facets))
+            for obstacle in problem.contact.obstacles
         ]
         self._end = (0.5 - 1e-6) * problem.test.stalk.length_mm
         self._has_void = problem.test.stalk.void_diameter_mm > 0.0
 
     def _on_section(self, name: str) -> NDArray[np.int32]:
-        """Vertices of a surface in the plane Z = 0."""
+        """Vertices of a surface in the plane under the first cylinder that moves."""
         facets = self.problem.tube.facets.find(SURFACES[name])
         dim = self.problem.tube.mesh.topology.dim
         dofs = fem.locate_dofs_topological(self._vertices, dim - 1, facets)
         tolerance = 1e-6 * self.problem.test.stalk.length_mm
-        return dofs[np.abs(self._at[dofs, 2]) < tolerance]
+        return dofs[np.abs(self._at[dofs, 2] - self._fixture.indenter.z_mm) < tolerance]
 
     def vertex_displacement(self) -> NDArray[np.float64]:
         """Displacement at the vertices, mm, shape (vertices, 3), ghosts included."""
@@ -139,27 +144,27 @@ class Observer:
     def observe(self) -> Observables:
         """Measure the current state."""
         problem, comm = self.problem, self.problem.tube.mesh.comm
-        domain = problem.test.numerics.domain
         sums = problem.contact.sums()
         position = self._at + self.vertex_displacement()
-        mirrored = (domain != "full", domain == "quarter")
-        indenter = _axes(sums[INDENTER], mirrored)
-        support = _axes(sums[SUPPORT], (mirrored[0], False))
-        supports = sum(s.force_y_N for name, s in sums.items() if name != INDENTER)
+        pressed, borne = problem.forces(sums)
+        indenter, support = (
+            self._axes(next(s for s in sums if s.cylinder == cylinder))
+            for cylinder in (self._fixture.indenter, self._fixture.support)
+        )
         section = self._extent(position[self._section])
         self.material = self._points.evaluate()
         stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
-        work = sum(s.friction_work_Nmm for s in sums.values()) * problem.factor
+        work = sum(s.friction_work_Nmm for s in sums) * problem.factor
         penetration, in_radii = self._penetration(position)
         return Observables(
-            force_N=-sums[INDENTER].force_y_N * problem.factor,
-            support_force_N=supports * problem.factor,
+            force_N=pressed,
+            support_force_N=borne,
             indenter_contact_length_mm=indenter[1],
             indenter_contact_width_mm=indenter[0],
             support_contact_length_mm=support[1],
             support_contact_width_mm=support[0],
             section_height_mm=section[1],
-            section_width_mm=section[0] * (2.0 if mirrored[0] else 1.0),
+            section_width_mm=section[0] * (1.0 if problem.test.numerics.domain == "full" else 2.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
             overhang_mm=self._overhang(position, sums),
             penetration_mm=penetration,
@@ -193,28 +198,34 @@ class Observer:
         bottom = comm.allreduce(position[floor, 1].max(initial=-np.inf), op=MPI.MAX)
         return float(top - bottom)
 
-    def _overhang(self, position: NDArray[np.float64], sums: dict[str, ContactSums]) -> float:
-        """Least distance along Z from the middle of a support's contact to the stalk's end."""
+    def _overhang(self, position: NDArray[np.float64], sums: tuple[ContactSums, ...]) -> float:
+        """Return the least distance along Z from the middle of a fixed one's contact to the end."""
         left = []
-        for name, side in ((SUPPORT, 1.0), (OTHER_SUPPORT, -1.0)):
-            if name not in sums:
+        for contact in sums:
+            cylinder = contact.cylinder
+            if cylinder.moves:
                 continue
-            if sums[name].area_mm2 == 0.0:
+            if contact.area_mm2 == 0.0:
                 return float("nan")
-            end = position[(side * self._at[:, 2] > self._end) & (self._at[:, 1] < 0.0), 2]
-            middle = sums[name].first_mm3[1] / sums[name].area_mm2
-            left.append((side * (end - middle)).min(initial=np.inf))
+            outward = math.copysign(1.0, cylinder.z_mm)
+            facing = cylinder.up * self._at[:, 1] > 0.0
+            end = position[(outward * self._at[:, 2] > self._end) & facing, 2]
+            middle = 0.0 if self._cut(cylinder)[1] else contact.first_mm3[1] / contact.area_mm2
+            left.append((outward * (end - middle)).min(initial=np.inf))
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
 
     def _penetration(self, position: NDArray[np.float64]) -> tuple[float, float]:
         """Return how far any cylinder's front is beyond the vertices it faces, mm and radii."""
         deepest = np.zeros(2)
-        for cylinder, vertices in self._facing:
+        for obstacle, vertices in self._facing:
+            cylinder, front = obstacle.cylinder, self.problem.contact.front(obstacle)
             y, z = position[vertices, 1:].T
-            squared = cylinder.radius_mm**2 - (z - cylinder.z_mm) ** 2
-            front, side = np.sqrt(np.maximum(squared, 0.0)), np.sign(cylinder.y_mm)
-            depth = front + side * (y - self.problem.contact.height(cylinder.name))
-            largest = np.max(depth[squared >= 0.0], initial=0.0)
+            depth = cylinder.up * (y - front)
+            if not cylinder.flat:
+                squared = cylinder.radius_mm**2 - (z - cylinder.z_mm) ** 2
+                depth += np.sqrt(np.maximum(squared, 0.0)) - cylinder.radius_mm
+                depth = depth[squared >= 0.0]
+            largest = np.max(depth, initial=0.0)
             deepest[:] = np.maximum(deepest, (largest, largest / cylinder.radius_mm))
         self.problem.tube.mesh.comm.Allreduce(MPI.IN_PLACE, deepest, op=MPI.MAX)
         return float(deepest[0]), float(deepest[1])
@@ -224,17 +235,25 @@ class Observer:
         x = np.abs(self._at[self._bore, 0])
         return x < 0.3 * self.problem.test.stalk.void_diameter_mm / 2.0
 
+    def _cut(self, cylinder: Cylinder) -> tuple[bool, bool]:
+        """Return whether symmetry planes cut a cylinder's contact, across X and across Z."""
+        domain = self.problem.test.numerics.domain
+        return domain != "full", domain == "quarter" and cylinder.z_mm == 0.0
 
-def _axes(sums: ContactSums, mirrored: tuple[bool, bool]) -> tuple[float, float]:
-    """Return the axes along X and Z of the ellipse with the touching area's second moments.
+    def _axes(self, contact: ContactSums) -> tuple[float, float]:
+        """Return the axes along X and Z of the ellipse with the touching area's second moments.
 
-    Where a symmetry plane cuts the area, its mean is on that plane.
-    """
-    if sums.area_mm2 == 0.0:
-        return 0.0, 0.0
-    variances = (
-        second / sums.area_mm2 - (0.0 if on_plane else first / sums.area_mm2) ** 2
-        for first, second, on_plane in zip(sums.first_mm3, sums.second_mm4, mirrored, strict=True)
-    )
-    x, z = (4.0 * math.sqrt(max(variance, 0.0)) for variance in variances)
-    return x, z
+        Where a symmetry plane cuts the area, its mean is on that plane.
+        """
+        area = contact.area_mm2
+        if area == 0.0:
+            return 0.0, 0.0
+        cut = self._cut(contact.cylinder)
+        variances = (
+            second / area - (0.0 if on_plane else first / area) ** 2
+            for first, second, on_plane in zip(
+                contact.first_mm3, contact.second_mm4, cut, strict=True
+            )
+        )
+        x, z = (4.0 * math.sqrt(max(variance, 0.0)) for variance in variances)
+        return x, z

@@ -47,8 +47,8 @@ class Snapshot:
 
     Attributes
     ----------
-    travel_mm
-        Travel of the indenter.
+    travel_mm, time_s
+        Travel of the indenter, and time.
     body
         Hexahedra with ``layer`` (1 for the innermost); at their middles ``von_mises`` and
         ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
@@ -60,6 +60,7 @@ class Snapshot:
     """
 
     travel_mm: float
+    time_s: float
     body: Grid
     contact: Grid
 
@@ -108,7 +109,7 @@ class Camera:
         )
         return compile_expression(fields, self._middles)
 
-    def take(self, travel_mm: float) -> Snapshot | None:
+    def take(self, travel_mm: float, time_s: float) -> Snapshot | None:
         """Return the snapshot on rank 0, None elsewhere."""
         solid = self._problem.solid
         self._moved.interpolate(solid.displacement)
@@ -126,7 +127,7 @@ class Camera:
         contact = self._gather(self._surface.corners, self._surface.evaluate())
         if body is None or contact is None:
             return None
-        return Snapshot(travel_mm, body, contact)
+        return Snapshot(travel_mm, time_s, body, contact)
 
     def _gather(self, corners: NDArray[np.int64], fields: dict[str, NDArray[Any]]) -> Grid | None:
         """Join the cells of all ranks; points on the border of two ranks appear twice."""

@@ -41,7 +41,7 @@ class ContactSurface:
     def __init__(self, contact: Contact, space: fem.FunctionSpace) -> None:
         self._mesh = contact.solid.mesh
         order = contact.solid.order
-        facets = np.unique(np.concatenate([c.facets for c in contact.cylinders]))
+        facets = np.unique(np.concatenate([o.facets for o in contact.obstacles]))
         self._facets = _within_cells(self._mesh, facets)
         cells, places = self._facets.T
         at = cut_facets(space).reshape(-1, 4 * order**2)[places]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -109,17 +110,24 @@ def _add_tube(test: BendingTest) -> None:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
-    if test.stalk.taper != 0.0 or test.stalk.section_height_mm is not None:
-        _shape(test.stalk)
+    stalk = test.stalk
+    if stalk.taper != 0.0 or stalk.rotation_deg != 0.0 or stalk.section_height_mm is not None:
+        _shape(stalk)
 
 
 def _shape(stalk: Stalk) -> None:
-    """Move the nodes of a straight circular tube to the sections of a tapered or elliptic one."""
+    """Move the nodes of a straight circular tube to the sections of a tapered or elliptic one.
+
+    These are turned last.
+    """
     flat = stalk.height_mm / stalk.outer_diameter_mm
+    angle = math.radians(stalk.rotation_deg)
+    cos, sin = math.cos(angle), math.sin(angle)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         scale = stalk.scale_at(z)
-        gmsh.model.mesh.setNode(tag, [scale * x, flat * scale * y, z], [])
+        across, up = scale * x, flat * scale * y
+        gmsh.model.mesh.setNode(tag, [cos * across - sin * up, sin * across + cos * up, z], [])
 
 
 def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int, list[int]]:
@@ -143,7 +151,7 @@ def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int,
 def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, list[int]]:
     """Sort the boundary surfaces by where they lie; the geometry decides, not an order."""
     quarter = test.numerics.domain == "quarter"
-    outer = test.stalk.outer_diameter_mm / 2.0
+    inner, outer = test.stalk.void_diameter_mm / 2.0, test.stalk.outer_diameter_mm / 2.0
     tolerance = 1e-3 * outer
     parts: dict[str, list[int]] = {name: [] for name in SURFACES}
     solids = [(3, tag) for tags in volumes.values() for tag in tags]
@@ -154,8 +162,7 @@ def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, lis
         elif max(abs(x0), abs(x1)) < tolerance:
             name = "symmetry_x"
         else:
-            # an arc that ends on an axis, or on a diagonal of a solid core's blocks
-            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))
-            name = "outer" if abs(radius - outer) < 0.05 * outer else "inner"
+            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))  # of an arc that ends on an axis
+            name = "outer" if radius > (inner + outer) / 2.0 else "inner"
         parts[name].append(tag)
     return parts

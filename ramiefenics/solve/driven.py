@@ -74,5 +74,8 @@ class Observed(Protocol):
     @property
     def misses_contact(self) -> bool: ...  # noqa: D102
 
+    def missed_contact(self) -> str:
+        """Return what is wrong if it is."""
+
     def physical_end(self) -> str | None:
         """Return why the model says nothing about what follows, if so."""

@@ -15,7 +15,7 @@ import numpy as np
 from dolfinx import fem, la
 from mpi4py import MPI
 
-from ramiefenics.model.bending import INDENTER, BendingProblem
+from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
 from ramiefenics.model.tube import TubeMesh
 from ramiefenics.solve.central_differences import Array, CentralDifferences
@@ -101,7 +101,12 @@ class ExplicitTest:
         self._observer = Observer(problem)
         self._solid_form, self._contact_form = problem.compile_parts()
         self._total = fem.assemble_vector(self._contact_form)
-        self._nodes = problem.contact.nodes()
+        self._nodes = [
+            (obstacle.cylinder.moves, nodes)
+            for obstacle, nodes in zip(
+                problem.contact.obstacles, problem.contact.nodes(), strict=True
+            )
+        ]
         self.mass = settings.mass_factor * lumped_mass(problem)
         self.motion = CentralDifferences(
             problem.displacement,
@@ -115,7 +120,7 @@ class ExplicitTest:
         self.drive = SmoothStart(self._protocol.travel_mm, settings.duration_s, settings.ramp)
         self._pushed_mm = self._push_mm = 0.0  # until now, and in this step
         self._pushed_s = 0.0
-        # of the indenter and of the supports: last evaluated, at the last step, over the travel
+        # of what moves and of what does not: last evaluated, at the last step, over the travel
         self._evaluated_N: Array = np.zeros(2)
         self._forces_N: Array = np.zeros(2)
         self._integrals_Nmm: Array = np.zeros(2)
@@ -163,9 +168,11 @@ class ExplicitTest:
         self._total.array[:] = 0.0
         fem.assemble_vector(self._total.array, self._contact_form)
         vertical = self._total.array.reshape(-1, 3)[:, 1]
-        sums = {name: float(vertical[nodes].sum()) for name, nodes in self._nodes.items()}
-        indenter = sums.pop(INDENTER)
-        self._evaluated_N = self._problem.factor * np.array([indenter, -sum(sums.values())])
+        pressed, borne = 0.0, 0.0
+        for moves, nodes in self._nodes:
+            force = float(vertical[nodes].sum())
+            pressed, borne = (pressed + force, borne) if moves else (pressed, borne - force)
+        self._evaluated_N = self._problem.factor * np.array([pressed, borne])
         fem.assemble_vector(self._total.array, self._solid_form)
         self._total.scatter_reverse(la.InsertMode.add)
         return self._total.array[: len(self.mass)]
@@ -243,9 +250,10 @@ def simulate_explicitly(
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants.
+        If the law cannot take a layer's constants, or the path has more than a loading.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test.protocol.check_loading_only("explicit runs")
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)

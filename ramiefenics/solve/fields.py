@@ -25,22 +25,22 @@ def to_grid(grid: Grid) -> pv.UnstructuredGrid:
 def write_fields(snapshots: Sequence[Snapshot], folder: Path) -> None:
     """Write ``bend.pvd``, the stalk, and ``contact.pvd``, the facets that a cylinder may touch.
 
-    Both are ParaView collections, travel in place of time, of one file per snapshot.
+    Both are ParaView collections of one file per snapshot.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    travels_mm = [snapshot.travel_mm for snapshot in snapshots]
-    _write_collection("bend", travels_mm, [snapshot.body for snapshot in snapshots], folder)
-    _write_collection("contact", travels_mm, [snapshot.contact for snapshot in snapshots], folder)
+    times_s = [snapshot.time_s for snapshot in snapshots]
+    _write_collection("bend", times_s, [snapshot.body for snapshot in snapshots], folder)
+    _write_collection("contact", times_s, [snapshot.contact for snapshot in snapshots], folder)
 
 
 def _write_collection(
-    name: str, travels_mm: Sequence[float], grids: Sequence[Grid], folder: Path
+    name: str, times_s: Sequence[float], grids: Sequence[Grid], folder: Path
 ) -> None:
     entries = []
-    for number, (travel_mm, grid) in enumerate(zip(travels_mm, grids, strict=True)):
+    for number, (time_s, grid) in enumerate(zip(times_s, grids, strict=True)):
         file = f"{name}_{number:03d}.vtu"
         to_grid(grid).save(folder / file)
-        entries.append(f'    <DataSet timestep="{travel_mm:g}" file="{file}"/>')
+        entries.append(f'    <DataSet timestep="{time_s:g}" file="{file}"/>')
     lines = [
         '<?xml version="1.0"?>',
         '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">',

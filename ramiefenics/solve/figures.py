@@ -87,12 +87,14 @@ def _mark_jumps(axes: Axes, result: BendingResult) -> None:
 
 
 def section_figure(result: BendingResult, number: int = -1) -> Figure:
-    """Draw the midspan section of a snapshot, the last one by default, over the undeformed one."""
-    snapshot = result.snapshots[number]
-    faces, moved, stress = _midspan_faces(snapshot, mirror=result.test.numerics.domain != "full")
+    """Draw the section under the indenter, in the last snapshot if no other, and undeformed."""
+    test, snapshot = result.test, result.snapshots[number]
+    indenter = test.fixture.indenter
+    mirror = test.numerics.domain != "full"
+    faces, moved, stress = _section_faces(snapshot, indenter.z_mm, mirror)
     limit = float(np.abs(stress).max())
-    stalk = result.test.stalk
-    radius, top = stalk.outer_diameter_mm / 2.0, stalk.height_mm / 2.0
+    top = test.front_mm(indenter)
+    radius = max(float(np.abs(polygon[:, 0]).max()) for polygon in faces)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 5.0), layout="constrained")
         axes = figure.subplots()
@@ -121,19 +123,20 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
             xlabel="X (mm)",
             ylabel="Y (mm)",
         )
-        axes.set_title(f"Midspan at {snapshot.travel_mm:.1f} mm of travel", fontsize=10)
+        where = "Midspan" if indenter.z_mm == 0.0 else f"Z = {indenter.z_mm:g} mm"
+        axes.set_title(f"{where} at {snapshot.travel_mm:.1f} mm of travel", fontsize=10)
         figure.colorbar(deformed, ax=axes, label="Axial stress (MPa)", shrink=0.8)
     return figure
 
 
-def _midspan_faces(
-    snapshot: Snapshot, mirror: bool
+def _section_faces(
+    snapshot: Snapshot, z_mm: float, mirror: bool
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the polygons of the plane Z = 0, undeformed and deformed, and axial stress."""
+    """Return the polygons of a plane, undeformed and deformed, and axial stress beyond it."""
     grid = to_grid(snapshot.body)
-    positive = grid.extract_cells(grid.cell_centers().points[:, 2] > 0.0)
-    surface: pv.PolyData = positive.extract_surface(algorithm="dataset_surface")
-    flat = np.abs(surface.points[:, 2]) < 1e-6
+    beyond = grid.extract_cells(grid.cell_centers().points[:, 2] > z_mm)
+    surface: pv.PolyData = beyond.extract_surface(algorithm="dataset_surface")
+    flat = np.abs(surface.points[:, 2] - z_mm) < 1e-6
     at = np.asarray(surface.points[:, :2])
     now = at + surface.point_data["displacement"][:, :2]
     stress = surface.cell_data["axial_stress"]

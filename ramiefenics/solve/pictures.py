@@ -49,7 +49,7 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
     for cylinder in _cylinders(result, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
     plotter.add_text(
-        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.travel_mm):.1f} N",
+        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.time_s):.1f} N",
         position="upper_left",
         font_size=14,
         color="black",
@@ -64,9 +64,9 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
     return pixels
 
 
-def _force_at(result: BendingResult, travel_mm: float) -> float:
+def _force_at(result: BendingResult, time_s: float) -> float:
     curve = result.curve
-    return float(np.interp(travel_mm, curve["displacement_mm"], curve["force_N"]))
+    return float(np.interp(time_s, curve["time_s"], curve["force_N"]))
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
@@ -84,19 +84,23 @@ def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
 
 
 def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
-    fixture = result.test.fixture
-    stalk = result.test.stalk
-    half, width = stalk.height_mm / 2.0, stalk.outer_diameter_mm
-    top = half + fixture.indenter_radius_mm - travel_mm
-    bottom = -half - fixture.support_radius_mm
-    places = [
-        (top, 0.0, fixture.indenter_radius_mm),
-        (bottom, fixture.span_mm / 2.0, fixture.support_radius_mm),
-        (bottom, -fixture.span_mm / 2.0, fixture.support_radius_mm),
-    ]
-    return [
-        pv.Cylinder(
-            center=(0.0, y, z), direction=(1, 0, 0), radius=r, height=1.75 * width, resolution=96
+    """Return the fixture's cylinders where they are; a plate has a tenth of its width behind it."""
+    test, solids = result.test, []
+    width, length = 1.75 * test.stalk.outer_diameter_mm, test.stalk.length_mm
+    for cylinder in test.fixture.cylinders:
+        front = test.front_mm(cylinder) - (travel_mm if cylinder.moves else 0.0)
+        if cylinder.flat:
+            back = front + cylinder.up * width / 10.0
+            sides = (*sorted((front, back)), -0.55 * length, 0.55 * length)
+            solids.append(pv.Box((-width / 2.0, width / 2.0, *sides)))
+            continue
+        solids.append(
+            pv.Cylinder(
+                center=(0.0, front + cylinder.up * cylinder.radius_mm, cylinder.z_mm),
+                direction=(1, 0, 0),
+                radius=cylinder.radius_mm,
+                height=width,
+                resolution=96,
+            )
         )
-        for y, z, r in places
-    ]
+    return solids

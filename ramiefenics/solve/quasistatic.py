@@ -1,4 +1,4 @@
-"""Displacement-controlled implicit stepping to the end of the travel."""
+"""Displacement-controlled implicit stepping along the path of the drive."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Generic, TypeVar
 from ramiefenics.solve.driven import Driven, Observed
 from ramiefenics.solve.motion import DampedMotion
 from ramiefenics.solve.newton import Newton, NewtonOutcome
+from ramiefenics.solve.path import Stretch, stretches
 from ramiefenics.specification import Protocol, Stepping
 
 log = logging.getLogger(__name__)
@@ -61,8 +62,8 @@ class Step(Generic[T]):
 
     Attributes
     ----------
-    travel_mm
-        Travel of the drive at its end.
+    travel_mm, time_s
+        Travel of the drive, and time, at its end.
     observables
         What was measured.
     iterations
@@ -74,6 +75,7 @@ class Step(Generic[T]):
     """
 
     travel_mm: float
+    time_s: float
     observables: T
     iterations: int
     save: bool
@@ -87,7 +89,7 @@ class Ending:
     Attributes
     ----------
     kind
-        ``completed`` (the whole travel), ``physical`` (what follows is outside the model),
+        ``completed`` (the whole path), ``physical`` (what follows is outside the model),
         ``interrupted`` (by the user) or ``not converged``.
     reason
         One sentence; empty if completed.
@@ -110,7 +112,7 @@ class QuasiStatic(Generic[T]):
     observe
         Measures it after each step.
     protocol, settings
-        How far, and in what steps.
+        Along what path, and in what steps.
 
     Attributes
     ----------
@@ -138,9 +140,11 @@ class QuasiStatic(Generic[T]):
         self._motion: DampedMotion | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
-        self._rate = self._u.copy()  # change per travel in the last step
+        self._rate = self._u.copy()  # change in the last step, per travel or in a hold per time
         self._measured: T = observe()
         self._slope = self._last_length = 0.0
+        self._largest_N = self._work_Nmm = 0.0  # so far; in the last step that was none of a hold
+        self._stretch: Stretch  # where the drive is
         self.newton_iterations = 0
         self.cut_backs = 0
         self.ending: Ending | None = None
@@ -150,34 +154,50 @@ class QuasiStatic(Generic[T]):
 
         While the caller holds a step, the problem is in its state, slip included.
         """
-        settings = self._settings
-        yield Step(0.0, self._measured, 0, save=False)
-        travel, increment = 0.0, settings.first_step_mm
-        while self.ending is None:
-            stop = self._next_stop(travel)
-            equal = math.ceil((stop - travel) / increment - 1e-9)  # steps to the stop
-            length = (stop - travel) / equal
-            target = stop if equal == 1 else travel + length
-            step = self._step(travel, target, equal == 1)
+        yield Step(0.0, 0.0, self._measured, 0, save=False)
+        for stretch in stretches(self._protocol, self._settings):
+            self._enter(stretch)
+            yield from self._follow(stretch)
+            if self.ending is not None:
+                return
+
+    def _enter(self, stretch: Stretch) -> None:
+        """Forget what a leg of the other kind, or one that lifted off, has told of the next."""
+        lifted = self._measured.force_N <= 0.0
+        if not stretch.is_first and (lifted or stretch.holds != self._stretch.holds):
+            self._rate[:] = 0.0
+            self._slope = self._last_length = 0.0
+        self._stretch = stretch
+
+    def _follow(self, stretch: Stretch) -> Iterator[Step[T]]:
+        """Yield the steps of a leg."""
+        turns = not (stretch.is_first or stretch.holds) and self._measured.force_N > 0.0
+        at, increment = 0.0, stretch.shortest if turns else stretch.first  # as friction turns
+        while self.ending is None and at < stretch.length:
+            stop = stretch.next_stop(at)
+            equal = math.ceil((stop - at) / increment - 1e-9)  # steps to the stop
+            length = (stop - at) / equal
+            target = stop if equal == 1 else at + length
+            step = self._step(at, target, equal == 1)
             if step is None:
-                log.info("step from %.4f to %.4f mm cut", travel, target)
+                log.info("step to %.4f mm cut", self._stretch.travel_mm(target))
                 self.cut_backs += 1
                 increment = length / 2.0
                 continue
             factor = self._factor(length, step)
-            if factor < SHORTER and length / 2.0 >= settings.min_step_mm:
-                log.info("step from %.4f to %.4f mm cut: the force bends", travel, target)
+            if factor < SHORTER and length / 2.0 >= stretch.shortest:
+                log.info("step to %.4f mm cut: the force bends", step.travel_mm)
                 self.cut_backs += 1
                 self.ending = None
                 increment = length / 2.0
                 continue
             force = step.observables.force_N
-            log.info("%.4f mm: %.4f N, %d iterations", target, force, step.iterations)
+            log.info("%.4f mm: %.4f N, %d iterations", step.travel_mm, force, step.iterations)
             yield step
             self._accept(length, step)
-            travel = target
-            increment = min(max(factor, SHORTER) * length, settings.max_step_mm)
-            increment = max(increment, settings.min_step_mm)
+            at = target
+            increment = min(max(factor, SHORTER) * length, stretch.longest)
+            increment = max(increment, stretch.shortest)
 
     def _factor(self, length: float, step: Step[T]) -> float:
         """Return how much longer the next step may be, by the error of this one.
@@ -186,57 +206,61 @@ class QuasiStatic(Generic[T]):
         force differs by from its linear extrapolation (Milne's device): for a second derivative f''
         the former is ``length^2 f'' / 8``, the latter ``length (length + last length) f'' / 2``.
         """
-        force, travel = step.observables.force_N, step.travel_mm
+        force = step.observables.force_N
         longest = LONGER if step.iterations <= EASY_ITERATIONS else 1.0
         if self._last_length == 0.0 or step.jump is not None:
             return longest
-        slope = self._slope
-        predicted = self._measured.force_N + slope * length
+        predicted = self._measured.force_N + self._slope * self._change(length)
         error = abs(force - predicted) * length / (4.0 * (length + self._last_length))
-        # the force at the end of the travel, if it grew along its secant
-        scale = abs(force) * self._protocol.travel_mm / travel
+        if self._stretch.is_first:  # the force at its end, if it grew along its secant
+            scale = abs(force) * self._protocol.travel_mm / step.travel_mm
+        else:
+            scale = self._largest_N
         allowed = self._settings.force_tolerance * scale
         return min(longest, SAFETY * math.sqrt(allowed / error)) if error > 0.0 else longest
 
-    def _step(self, travel: float, target: float, save: bool) -> Step[T] | None:
+    def _step(self, at: float, target: float, save: bool) -> Step[T] | None:
         """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
-        length = target - travel
-        shortest = length / 2.0 < self._settings.min_step_mm
-        outcome = self._attempt(travel, length)
+        length, travel = target - at, self._stretch.travel_mm(target)
+        shortest = length / 2.0 < self._stretch.shortest
+        outcome = self._attempt(length)
         smooth = False
         if outcome.converged:
             measured = self._observe()
-            if measured.misses_contact and not shortest:
+            if self._misses(measured) and not shortest:
                 log.info("a cylinder is not felt")
                 return None
-            jump = self._jump(target, length, measured)
+            jump = self._jump(travel, length, measured)
             smooth = jump is None
         if not smooth:
             if not shortest:
                 return None
             outcome = self._settle()
             if not outcome.converged:
-                self.ending = Ending("not converged", _explain(travel, target, outcome))
+                before = self._stretch.travel_mm(at)
+                self.ending = Ending("not converged", _explain(before, travel, outcome))
                 return None
             measured = self._observe()
-            jump = self._jump(target, length, measured)
+            jump = self._jump(travel, length, measured)
         self.ending = self._ending(target, measured)
         save = save or self.ending is not None
-        return Step(target, measured, outcome.iterations, save, jump)
+        time_s = self._stretch.start_s + self._stretch.duration_s(target)
+        return Step(travel, time_s, measured, outcome.iterations, save, jump)
 
-    def _next_stop(self, travel: float) -> float:
-        protocol = self._protocol
-        done = int(travel / protocol.save_every_mm + 1e-9)
-        return min((done + 1) * protocol.save_every_mm, protocol.travel_mm)
+    def _change(self, length: float) -> float:
+        """Return by what travel, mm, or in a hold by what time, s, a step changes."""
+        return length if self._stretch.holds else self._stretch.direction * length
 
-    def _attempt(self, travel: float, length: float) -> NewtonOutcome:
+    def _attempt(self, length: float) -> NewtonOutcome:
         """Seek the equilibrium that continues the path."""
-        self._problem.place(length, length / self._protocol.speed_mm_per_s)
-        if travel == 0.0:
-            self._problem.first_guess(length)
+        push = self._stretch.direction * length
+        self._problem.place(push, self._stretch.duration_s(length))
+        if self._stretch.is_first and self._last_length == 0.0:
+            self._problem.first_guess(push)
         else:
-            self._u[:] = self._last + length * self._rate
-        outcome = self.newton.solve(self._tolerance_N, UPDATE_LIMIT * length)
+            self._u[:] = self._last + self._change(length) * self._rate
+        limit = UPDATE_LIMIT * (abs(push) or self._settings.max_step_mm)
+        outcome = self.newton.solve(self._tolerance_N, limit)
         self.newton_iterations += outcome.iterations
         if not outcome.converged:
             log.info("no equilibrium: %s, residual %.2e N", outcome.reason, outcome.residual_N)
@@ -258,27 +282,44 @@ class QuasiStatic(Generic[T]):
         force = abs(self._measured.force_N) / self._problem.factor
         return self._settings.relative_tolerance * max(force, SMALLEST_SCALE_N)
 
+    def _work(self, length: float, measured: T) -> float:
+        """Return the drive's work in a step by the trapezoidal rule, N mm."""
+        push = self._stretch.direction * length
+        return (self._measured.force_N + measured.force_N) / 2.0 * push
+
     def _jump(self, travel: float, length: float, measured: T) -> Jump | None:
         before = self._measured
-        work = (before.force_N + measured.force_N) / 2.0 * length
+        work = self._work(length, measured)
         stored = measured.stored_energy_Nmm - before.stored_energy_Nmm
         rubbed = measured.friction_work_Nmm - before.friction_work_Nmm
         released = work - stored - rubbed
-        least = max(WORK_SHARE * abs(work), STORED_SHARE * measured.stored_energy_Nmm)
+        scale = self._work_Nmm if self._stretch.holds else work
+        least = max(WORK_SHARE * abs(scale), STORED_SHARE * measured.stored_energy_Nmm)
         if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch
             return None
         return Jump(travel, released, before.force_N, measured.force_N)
 
-    def _ending(self, travel: float, measured: T) -> Ending | None:
+    def _misses(self, measured: T) -> bool:
+        """Return whether the drive has gone into the structure; going back, it may lift off."""
+        return self._stretch.direction > 0.0 and measured.misses_contact
+
+    def _ending(self, at: float, measured: T) -> Ending | None:
+        stretch = self._stretch
         reason = measured.physical_end()
+        if reason is None and self._misses(measured):
+            reason = measured.missed_contact()
         if reason is not None:
-            return Ending("physical", f"{reason}, at {travel:.3f} mm of travel")
-        return Ending("completed") if travel >= self._protocol.travel_mm else None
+            return Ending("physical", f"{reason}, at {stretch.travel_mm(at):.3f} mm of travel")
+        return Ending("completed") if stretch.is_last and at >= stretch.length else None
 
     def _accept(self, length: float, step: Step[T]) -> None:
         # the direction of a jump does not tell that of the path behind it
-        self._rate[:] = 0.0 if step.jump else (self._u - self._last) / length
-        self._slope = (step.observables.force_N - self._measured.force_N) / length
+        change = self._change(length)
+        if not self._stretch.holds:
+            self._work_Nmm = self._work(length, step.observables)
+        self._rate[:] = 0.0 if step.jump else (self._u - self._last) / change
+        self._slope = (step.observables.force_N - self._measured.force_N) / change
+        self._largest_N = max(self._largest_N, abs(step.observables.force_N))
         self._last_length = length
         self._last[:] = self._u
         self._measured = step.observables

@@ -61,14 +61,14 @@ class BendingResult(Result):
         The specification.
     curve
         One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
-        ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
+        ``time_s``, ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
         ``indenter_work_Nmm``.
     snapshots
         Full fields at the travels that the protocol names.
     statistics
         Cost.
     ending
-        Whether the whole travel was reached, else why not.
+        Whether the whole path was followed, else why not.
     jumps
         Dynamic transitions on the way.
     """
@@ -84,8 +84,14 @@ class BendingResult(Result):
 
     @property
     def completed(self) -> bool:
-        """Whether the whole travel was reached."""
+        """Whether the whole path was followed."""
         return self.ending.kind == "completed"
+
+    @property
+    def loading(self) -> pd.DataFrame:
+        """The part of the curve where the indenter is farther than ever before."""
+        travel = self.curve["displacement_mm"]
+        return self.curve[travel > travel.cummax().shift(fill_value=-1.0)]
 
     @property
     def losses_mm(self) -> dict[str, float]:
@@ -108,8 +114,9 @@ class BendingResult(Result):
 
     @property
     def peak(self) -> Peak:
-        """The force maximum, its place, plateau and error of step, at travels of the indenter."""
-        return find_peak(self.curve["displacement_mm"].to_numpy(), self.curve["force_N"].to_numpy())
+        """The force maximum of the loading, its place, plateau and error of step."""
+        loading = self.loading
+        return find_peak(loading["displacement_mm"].to_numpy(), loading["force_N"].to_numpy())
 
     @property
     def mesh_error_N(self) -> float | None:
@@ -129,13 +136,13 @@ class BendingResult(Result):
 
     @property
     def has_force_maximum(self) -> bool:
-        """Whether the force falls again before the end of the curve."""
+        """Whether the force falls again before the end of the loading."""
         return self.peak.inside
 
     @property
     def slope_N_per_mm(self) -> float:
         """Secant stiffness between 10 and 40 % of the largest force."""
-        return secant_slope(self.curve["displacement_mm"], self.curve["force_N"])
+        return secant_slope(self.loading["displacement_mm"], self.loading["force_N"])
 
     def findings(self) -> list[str]:
         """Return the largest force, its error, and what it cost."""
@@ -170,6 +177,7 @@ class BendingResult(Result):
         """Return force, energies, losses and cost."""
         curve, acoustic = self.curve, self.test.numerics.acoustic_check
         work = float(curve["indenter_work_Nmm"].iloc[-1])
+        most = float(curve["indenter_work_Nmm"].max())
         spent = float(curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1])
         imbalance = float((curve["force_N"] - curve["support_force_N"]).abs().max())
         return {
@@ -181,9 +189,9 @@ class BendingResult(Result):
             "mesh_error_N": self.mesh_error_N,
             "slope_N_per_mm": self.slope_N_per_mm,
             "ending": dataclasses.asdict(self.ending),
-            "reached_mm": float(curve["displacement_mm"].iloc[-1]),
+            "reached_mm": float(curve["displacement_mm"].max()),
             "force_imbalance": imbalance / self.max_force_N if self.max_force_N > 0 else None,
-            "energy_imbalance": (work - spent) / work if work > 0 else None,
+            "energy_imbalance": (work - spent) / most if most > 0 else None,
             "min_volume_ratio": float(curve["min_volume_ratio"].min()),
             "min_principal_stretch": float(curve["min_principal_stretch"].min()),
             "min_acoustic_MPa": float(curve["min_acoustic_MPa"].min()) if acoustic else None,

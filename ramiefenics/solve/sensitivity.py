@@ -18,7 +18,7 @@ import pandas as pd
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from ramiefenics.model.bending import INDENTER, BendingProblem
+from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
 from ramiefenics.solve.newton import evaluate_residual
 from ramiefenics.solve.quasistatic import QuasiStatic
@@ -88,8 +88,14 @@ def sensitivities(
         By name.
     comm
         MPI communicator, all of whose ranks call; the world by default.
+
+    Raises
+    ------
+    SpecificationError
+        If the path has more than a loading.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     stepper = QuasiStatic(problem, Observer(problem).observe, test.protocol, test.numerics.stepping)
     pairs = {name: _Pair.make(problem, parameter) for name, parameter in parameters.items()}
@@ -177,7 +183,7 @@ class _Pair:
     def _force(self) -> float:
         return (
             sum(
-                -self._sign(amount) * twin.contact.sums()[INDENTER].force_y_N * twin.factor
+                self._sign(amount) * twin.forces(twin.contact.sums())[0]
                 for amount, twin in self._twins.items()
             )
             / self._span
@@ -203,7 +209,7 @@ def _same_topology(one: BendingProblem, other: BendingProblem) -> bool:
         (one.tube.cells.values, other.tube.cells.values),
         *(
             (a.facets, b.facets)
-            for a, b in zip(one.contact.cylinders, other.contact.cylinders, strict=True)
+            for a, b in zip(one.contact.obstacles, other.contact.obstacles, strict=True)
         ),
     ]
     return all(np.array_equal(a, b) for a, b in pairs)

@@ -73,7 +73,7 @@ def simulate(
         for step in stepper.steps():
             steps.append(step)
             if step.save:
-                snapshots.append(camera.take(step.travel_mm))
+                snapshots.append(camera.take(step.travel_mm, step.time_s))
             if on_step is not None:
                 on_step(step)
             if request.agreed():
@@ -103,6 +103,7 @@ def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
     """Tabulate steps, starting from the untouched stalk, and sum up works."""
     curve = pd.DataFrame([dataclasses.asdict(step.observables) for step in steps])
     curve.insert(0, "displacement_mm", [step.travel_mm for step in steps])
+    curve.insert(1, "time_s", [step.time_s for step in steps])
     recorded = test.machine.displacement(curve["displacement_mm"], curve["force_N"])
     curve.insert(1, "recorded_displacement_mm", recorded)
     curve["newton_iterations"] = [step.iterations for step in steps]

@@ -3,10 +3,12 @@
 from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
-from ramiefenics.specification.fixture import Fixture, Friction, Machine, Protocol
+from ramiefenics.specification.fixture import Cylinder, Fixture, Friction
+from ramiefenics.specification.machine import Machine
 from ramiefenics.specification.material import Closure, Elastic, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
 from ramiefenics.specification.numerics import ContactMethod, Explicit, Numerics, Stepping
+from ramiefenics.specification.protocol import Protocol, Target
 from ramiefenics.specification.published import published_test, ramie, ramie_at_height
 from ramiefenics.specification.stalk import Layer, Stalk
 
@@ -14,6 +16,7 @@ __all__ = [
     "BendingTest",
     "Closure",
     "ContactMethod",
+    "Cylinder",
     "Elastic",
     "Explicit",
     "Fixture",
@@ -28,6 +31,7 @@ __all__ = [
     "SpecificationWarning",
     "Stalk",
     "Stepping",
+    "Target",
     "mesh_recipe",
     "override",
     "published_test",

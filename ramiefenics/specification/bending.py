@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 from ramiefenics.specification.checks import check_choice, check_instance
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.fixture import Fixture, Machine, Protocol
+from ramiefenics.specification.fixture import Cylinder, Fixture
+from ramiefenics.specification.machine import Machine
 from ramiefenics.specification.numerics import Numerics
+from ramiefenics.specification.protocol import Protocol
 from ramiefenics.specification.stalk import Stalk
 
 LAWS = ("saturating_fibre", "neo_hookean", "svk", "isotropic")
@@ -15,7 +17,7 @@ LAWS = ("saturating_fibre", "neo_hookean", "svk", "isotropic")
 
 @dataclass(frozen=True)
 class BendingTest:
-    """A three-point bending test.
+    """A bending test: of three points by default, of others or a crushing by its fixture.
 
     Attributes
     ----------
@@ -26,7 +28,7 @@ class BendingTest:
     machine
         What adds to the displacement that is measured; the stalk does not feel it.
     protocol
-        How far.
+        Along what path.
     law
         Hyperelastic law of all layers: ``saturating_fibre`` (stable under crushing and fibre
         compression), ``neo_hookean`` (stable under crushing only), ``svk`` (St.
@@ -58,16 +60,24 @@ class BendingTest:
             raise SpecificationError(
                 "fixture.span_mm", span, f"must be below the specimen's length {length:g} mm"
             )
-        if self.stalk.taper != 0.0 and self.numerics.domain == "quarter":
-            raise SpecificationError(
-                "numerics.domain",
-                "quarter",
-                "must be half or full for a stalk with taper, which has no symmetry along Z",
-            )
-        radii = self.fixture.indenter_radius_mm + self.fixture.support_radius_mm
-        if span <= 2.0 * radii:
-            raise SpecificationError(
-                "fixture.span_mm",
-                span,
-                f"must be above {2.0 * radii:g} mm, or the indenter does not pass the supports",
-            )
+        self._check_symmetry()
+
+    def front_mm(self, cylinder: Cylinder) -> float:
+        """Return the Y at which a cylinder touches the stalk at the start."""
+        return cylinder.up * self.stalk.top_mm * self.stalk.scale_at(cylinder.z_mm)
+
+    def _check_symmetry(self) -> None:
+        """Check that what the model leaves out is the mirror image of what it has."""
+        domain = self.numerics.domain
+        if self.stalk.rotation_deg != 0.0 and domain != "full":
+            allowed = "must be full for a stalk with rotation_deg, which has no symmetry along X"
+            raise SpecificationError("numerics.domain", domain, allowed)
+        if domain != "quarter":
+            return
+        for what, skew in (
+            ("stalk with taper", self.stalk.taper != 0.0),
+            ("fixture that differs at Z and -Z", not self.fixture.symmetric),
+        ):
+            if skew:
+                allowed = f"must be half or full for a {what}, which has no symmetry along Z"
+                raise SpecificationError("numerics.domain", domain, allowed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ramiefenics.specification.checks import check_instance, check_number
@@ -52,6 +53,8 @@ class Stalk:
     section_height_mm
         Height of an elliptic section, along Y; diameters are widths then, along X, and void and
         layers have the outer ellipse's shape. A circle if left out.
+    rotation_deg
+        Angle by which the section is turned about the stalk's axis, from X to Y.
     taper
         Loss of outer diameter per length along Z; the section stays similar to itself.
     measured_at_mm
@@ -70,6 +73,7 @@ class Stalk:
     void_diameter_mm: float
     layers: tuple[Layer, ...]
     section_height_mm: float | None = None
+    rotation_deg: float = 0.0
     taper: float = 0.0
     measured_at_mm: float = 0.0
     position_mm: float = 0.0
@@ -101,6 +105,7 @@ class Stalk:
         if self.section_height_mm is not None:
             check_number(self, "section_height_mm", above=0.0, unit="mm")
         for name in (
+            "rotation_deg",
             "taper",
             "measured_at_mm",
             "position_mm",
@@ -137,9 +142,16 @@ class Stalk:
 
     @property
     def height_mm(self) -> float:
-        """Height of the section where it was measured."""
+        """Height of the section where it was measured; before it is turned."""
         height = self.section_height_mm
         return self.outer_diameter_mm if height is None else height
+
+    @property
+    def top_mm(self) -> float:
+        """Rise of the highest point of the section, turned as it is, over the stalk's axis."""
+        angle = math.radians(self.rotation_deg)
+        width, height = self.outer_diameter_mm, self.height_mm
+        return math.hypot(height * math.cos(angle), width * math.sin(angle)) / 2.0
 
     @property
     def radii_mm(self) -> tuple[float, ...]:

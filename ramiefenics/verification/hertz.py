@@ -10,11 +10,11 @@ import ufl
 from dolfinx import fem
 from scipy.integrate import trapezoid
 
-from ramiefenics.model.contact import Contact, Cylinder
+from ramiefenics.model.contact import Contact, Obstacle
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification import ContactMethod, Elastic, Friction, Material
+from ramiefenics.specification import ContactMethod, Cylinder, Elastic, Friction, Material
 from ramiefenics.verification.block import (
     BoundaryValueProblem,
     block,
@@ -113,9 +113,10 @@ def press(size: float, order: int, by: Cylinders = FLAT, penalty: float | None =
     sides, bottom = on_planes(mesh, 0, -SLICE / 2, SLICE / 2), on_planes(mesh, 1, 0.0)
     top, middle = on_planes(mesh, 1, SIZE), on_planes(mesh, 2, 0.0)
     bcs = [hold(solid, sides, 0), hold(solid, bottom, 1), hold(solid, middle, 2)]
-    cylinder = Cylinder("cylinder", SIZE + by.radius_mm, 0.0, by.radius_mm, top)
-    contact = Contact(solid, (cylinder,), Friction(0.0, 0.0), ContactMethod(), size)
-    contact.place("cylinder", -by.push_mm)
+    cylinder = Cylinder("cylinder", "above", True, 0.0, by.radius_mm)
+    obstacle = Obstacle(cylinder, SIZE, top)
+    contact = Contact(solid, (obstacle,), Friction(0.0, 0.0), ContactMethod(), size)
+    contact.place(-by.push_mm)
 
     def by_penalty(v: Expr) -> Expr:
         x = ufl.SpatialCoordinate(mesh) + solid.displacement

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 from dolfinx import fem
 from scipy.optimize import brentq
 
-from ramiefenics.model.contact import Contact, Cylinder
+from ramiefenics.model.contact import Contact, Obstacle
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification import ContactMethod, Elastic, Friction, Material
+from ramiefenics.specification import ContactMethod, Cylinder, Elastic, Friction, Material
 from ramiefenics.verification.block import BoundaryValueProblem, block, hold, layers, on_planes
 from ramiefenics.verification.study import Plot, Series, Study, at_least, at_most, near
 
@@ -18,8 +20,6 @@ FRICTION = Friction(0.59, 0.12, weakening_mm=0.1)
 """It weakens more slowly than the spring gives way, so that there always is an equilibrium."""
 
 SIZE, WIDTH = 4.0, 1.0
-PLANE_MM = 1e6
-"""Radius of the cylinder that stands for a plane: it sinks by a nanometre over the block."""
 
 PRESS, PULL = 0.02, 1.0
 """Pressed together by, and pulled along by, mm."""
@@ -43,7 +43,7 @@ def pull(step_mm: float) -> pd.DataFrame:
     top, bottom = on_planes(mesh, 1, SIZE), on_planes(mesh, 1, 0.0)
     sides = on_planes(mesh, 0, -WIDTH / 2, WIDTH / 2)
     bcs = [hold(solid, sides, 0), hold(solid, bottom, 1)]
-    plane = Cylinder("plane", SIZE + PLANE_MM, 0.0, PLANE_MM, top)
+    plane = Obstacle(Cylinder("plane", "above", True, 0.0, math.inf), SIZE, top)
     contact = Contact(solid, (plane,), FRICTION, METHOD, SIZE / 4)
     pulled = fem.Constant(mesh, 0.0)
     tension = SPRING * (pulled - solid.displacement[2])
@@ -54,9 +54,9 @@ def pull(step_mm: float) -> pd.DataFrame:
     rows = []
     for step in range(round(PULL / step_mm) + 1):
         pulled.value = step * step_mm
-        contact.place("plane", 0.0 if step else -PRESS)
+        contact.place(0.0 if step else -PRESS)
         problem.solve(1e-8)
-        sums = contact.sums()["plane"]
+        (sums,) = contact.sums()
         tangential = float(fem.assemble_scalar(spring_force))
         slipped = float(solid.displacement.x.array.reshape(-1, 3)[:, 2].mean())
         rows.append((step * step_mm, slipped, -sums.force_y_N, tangential, sums.friction_work_Nmm))
@@ -99,8 +99,8 @@ def sliding() -> Study:
     rubbed = normal * (FRICTION.dynamic * slid + surplus)
     return Study(
         "Stick and slip",
-        f"A block of {SIZE:g} x {SIZE:g} mm in plane strain is pressed against a plane (a cylinder "
-        f"of a kilometre) and pulled along it by a spring, with Coulomb coefficients "
+        f"A block of {SIZE:g} x {SIZE:g} mm in plane strain is pressed against a plate "
+        f"and pulled along it by a spring, with Coulomb coefficients "
         f"{FRICTION.static:g} at rest and {FRICTION.dynamic:g} in motion, from the former to the "
         f"latter by exp(-slip / {L:g} mm). The exact slip is where spring and friction are in "
         f"balance; steps of {STEP:g} and of {LONG_STEP:g} mm must both find it.",

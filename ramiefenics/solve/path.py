@@ -1,0 +1,98 @@
+"""The path of the drive, leg by leg, as the stepper goes along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ramiefenics.specification import Protocol, Stepping
+from ramiefenics.specification.protocol import Leg
+
+FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
+"""First, shortest and longest step of a hold, over its time."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A leg of the path along one coordinate: the way gone since its start, or in a hold the time.
+
+    Attributes
+    ----------
+    leg
+        The leg.
+    start_s
+        Time at its start.
+    save_every_mm
+        Fields are saved at multiples of this travel.
+    first, shortest, longest
+        Lengths of steps, mm, or in a hold s.
+    is_first, is_last
+        Whether nothing goes before it, or comes after it.
+    """
+
+    leg: Leg
+    start_s: float
+    save_every_mm: float
+    first: float
+    shortest: float
+    longest: float
+    is_first: bool
+    is_last: bool
+
+    @property
+    def holds(self) -> bool:
+        """Whether the drive stays where it is."""
+        return self.leg.from_mm == self.leg.to_mm
+
+    @property
+    def direction(self) -> float:
+        """Sign of the travel; 0 in a hold."""
+        return 0.0 if self.holds else math.copysign(1.0, self.leg.to_mm - self.leg.from_mm)
+
+    @property
+    def length(self) -> float:
+        """Length of the coordinate, mm, or in a hold s."""
+        leg = self.leg
+        return leg.duration_s if self.holds else abs(leg.to_mm - leg.from_mm)
+
+    def travel_mm(self, at: float) -> float:
+        """Return the travel of the drive at a coordinate."""
+        return self.leg.from_mm + self.direction * at
+
+    def duration_s(self, length: float) -> float:
+        """Return the time that a part of the coordinate takes."""
+        return self.leg.duration_s * (length / self.length)
+
+    def next_stop(self, at: float) -> float:
+        """Return the next coordinate at which fields are saved."""
+        if self.holds:
+            return self.length
+        travel, every = self.travel_mm(at), self.save_every_mm
+        if self.direction > 0.0:
+            stop = min((int(travel / every + 1e-9) + 1) * every, self.leg.to_mm)
+        else:
+            stop = max((math.ceil(travel / every - 1e-9) - 1) * every, self.leg.to_mm)
+        return self.direction * (stop - self.leg.from_mm)
+
+
+def stretches(protocol: Protocol, settings: Stepping) -> Iterator[Stretch]:
+    """Yield the legs of a path with what the stepper needs to know of each."""
+    start_s, legs = 0.0, protocol.legs
+    for number, leg in enumerate(legs):
+        shortest, longest = settings.min_step_mm, settings.max_step_mm
+        first = settings.first_step_mm
+        if leg.from_mm == leg.to_mm:
+            shares = FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE
+            first, shortest, longest = (share * leg.duration_s for share in shares)
+        yield Stretch(
+            leg,
+            start_s,
+            protocol.save_every_mm,
+            first,
+            shortest,
+            longest,
+            is_first=number == 0,
+            is_last=number == len(legs) - 1,
+        )
+        start_s += leg.duration_s
