@@ -40,10 +40,8 @@ def converge_command(
     folder = claim(out or Path("results") / f"{Path(spec).stem}-convergence")
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
-    from ramiefenics.model.laws import check_law
 
     check_ladder(order, meshes)  # before there is a progress bar
-    check_law(test)
     with resumable(), progress.refining() as show:
         study = converge(test, order, meshes, on_progress=show)
     if MPI.COMM_WORLD.rank == 0:
@@ -77,11 +75,9 @@ def explicit_command(
     """
     test = load_test(spec, mesh, law, assign)
     folder = claim(out or Path("results") / f"{Path(spec).stem}-explicit")
-    from ramiefenics.model.laws import check_law
     from ramiefenics.solve.explicit import simulate_explicitly
     from ramiefenics.solve.simulate import simulate
 
-    check_law(test)
     static = None
     if implicit:
         with progress.bending(test, "implicit") as show:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,6 +12,7 @@ import numpy as np
 
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import value_at
+from ramiefenics.specification.python_files import instances_in
 
 
 @dataclass(frozen=True)
@@ -101,20 +101,4 @@ def load_effects(path: str | Path) -> dict[str, Effect]:
     SpecificationError
         If there is no such file, it does not run, or it defines none.
     """
-    path = Path(path)
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if not path.is_file() or spec is None or spec.loader is None:
-        raise SpecificationError("effects", str(path), "must be a Python file")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except SpecificationError:
-        raise
-    except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise SpecificationError("effects", str(path), f"does not run ({reason})") from error
-    found = [value for value in vars(module).values() if isinstance(value, Effect)]
-    if not found:
-        allowed = "must define at least one ramiefenics.Effect at its top level"
-        raise SpecificationError("effects", str(path), allowed)
-    return {effect.name: effect for effect in found}
+    return {effect.name: effect for effect in instances_in(path, Effect, "effects")}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from ramiefenics.model.laws import LAWS
+from ramiefenics.model.laws import law_named
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.solve.peak import Peak, find_peak
 from ramiefenics.solve.quasistatic import Ending, Jump
@@ -90,7 +90,7 @@ class BendingResult:
         curve = self.curve
         lost = {
             "volume": curve["min_volume_ratio"] <= 0.0,
-            "stretch": curve["min_principal_stretch"] <= LAWS[self.test.law].least_stretch,
+            "stretch": curve["min_principal_stretch"] <= law_named(self.test.law).least_stretch,
             "ellipticity": curve["min_acoustic_MPa"] <= 0.0,
         }
         return {
