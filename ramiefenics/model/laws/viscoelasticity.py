@@ -128,4 +128,4 @@ def _mean_square_growth(x: Expr) -> Expr:
     return ufl.conditional(ufl.gt(x, 1e-2), exact, x / 3 - x**2 / 4 + 7 * x**3 / 60)
 
 
-VISCOELASTICITY = prony("viscoelasticity", SATURATING_FIBRE, branches=2)
+VISCOELASTICITY = prony("viscoelasticity", SATURATING_FIBRE, branches=1)
