@@ -47,6 +47,7 @@ class Reading:
     stored_energy_Nmm: float
     apex_mm: float
     friction_work_Nmm: float = 0.0
+    dissipated_Nmm: float = 0.0
     misses_contact: bool = False
 
     def physical_end(self) -> str | None:

@@ -67,10 +67,8 @@ def bend(
     test = load_test(spec, mesh, law, assign)
     folder = claim(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
-    from ramiefenics.model.laws import check_law
     from ramiefenics.solve.simulate import simulate
 
-    check_law(test)  # before there is a progress bar
     with progress.bending(test) as show:
         result = simulate(test, on_step=show)
     tell_ending(result.ending)

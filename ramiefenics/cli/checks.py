@@ -43,10 +43,8 @@ def converge_command(
     folder = claim(out or Path("results") / f"{Path(spec).stem}-convergence")
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
-    from ramiefenics.model.laws import check_law
 
     check_ladder(order, meshes)  # before there is a progress bar
-    check_law(test)
     with resumable(), progress.refining() as show:
         study = converge(test, order, meshes, on_progress=show)
     finish(study, folder)
@@ -72,11 +70,9 @@ def explicit_command(
     test = load_test(spec, mesh, law, assign)
     test.protocol.check_loading_only("explicit runs")
     folder = claim(out or Path("results") / f"{Path(spec).stem}-explicit")
-    from ramiefenics.model.laws import check_law
     from ramiefenics.solve.explicit import simulate_explicitly
     from ramiefenics.solve.simulate import simulate
 
-    check_law(test)
     static = None
     if implicit:
         with progress.bending(test, "implicit") as show:

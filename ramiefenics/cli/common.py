@@ -18,6 +18,7 @@ from mpi4py import MPI
 
 import ramiefenics
 from ramiefenics.diagnostics import show_log
+from ramiefenics.model.laws import LAWS, check_law
 from ramiefenics.results.claim import claimed
 from ramiefenics.specification import (
     BendingTest,
@@ -26,7 +27,6 @@ from ramiefenics.specification import (
     published_test,
     read_test,
 )
-from ramiefenics.specification.bending import LAWS
 from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
@@ -44,7 +44,10 @@ Spec = Annotated[
     str,
     typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
 ]
-LawName = Annotated[str | None, typer.Option("--law", help=f"Hyperelastic law: {', '.join(LAWS)}.")]
+LawName = Annotated[
+    str | None,
+    typer.Option("--law", help=f"Material law: {', '.join(LAWS)}, or a Python file with one."),
+]
 MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
 Assignments = Annotated[
     list[str] | None,
@@ -72,13 +75,15 @@ def load_test(
     Raises
     ------
     SpecificationError
-        If a name, a file or a value is not usable.
+        If a name, a file or a value is not usable, or the law cannot take a layer's constants.
     """
     named = "/" not in spec and not spec.endswith(".toml")
     test = published_test(spec) if named else read_test(spec)
     changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
     changes += [f"law={law}"] if law is not None else []
-    return override(test, changes + (assignments or []))
+    test = override(test, changes + (assignments or []))
+    check_law(test)
+    return test
 
 
 def on_first_rank(command: Callable[P, None]) -> Callable[P, None]:

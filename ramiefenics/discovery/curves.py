@@ -13,7 +13,7 @@ from typing import Protocol
 import pandas as pd
 
 from ramiefenics.discovery.factors import Factor
-from ramiefenics.model.laws import LAWS
+from ramiefenics.model.laws import law_content, law_named
 from ramiefenics.runs import Done, key_of
 from ramiefenics.runs import Task as AnyTask
 from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
@@ -40,7 +40,7 @@ class CurveTask:
 
     def keys(self) -> tuple[str, ...]:
         """Return names for what comes out: with the derivatives, and without."""
-        test = to_dict(normalised(self.test)[0])
+        test = to_dict(normalised(self.test)[0]) | {"law": law_content(self.test.law)}
         of_factors = [[to_dict(f) for f in some] for some in {self.factors: None, (): None}]
         return tuple(key_of([test, some], __file__, inspect.getfile(Factor)) for some in of_factors)
 
@@ -102,7 +102,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
     serves all stalks that differ by a factor on all moduli.
     """
     stalk, factor = test.stalk, 1.0
-    if LAWS[test.law].homogeneous:
+    if law_named(test.law).homogeneous:
         factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA
     scale = stalk.stiffness_factor / factor
     layers = tuple(

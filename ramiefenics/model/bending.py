@@ -39,6 +39,9 @@ class BendingProblem:
         Compiled forms of the weak form and its exact derivative.
     energy
         Compiled form of the stored energy, N mm.
+    dissipation
+        Compiled form of the energy that the material has dissipated so far, N mm; None if it does
+        not.
     mass
         Compiled form of the consistent mass, bilinear, tonne.
     bcs
@@ -72,11 +75,13 @@ class BendingProblem:
         ]
         u = self.solid.displacement
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
-        self._parts = ufl.derivative(self.solid.energy(), u, v), self.contact.residual(v)
+        self._parts = self.solid.virtual_work(v), self.contact.residual(v)
         residual = sum(self._parts)
         self.residual = compile_form(residual)
         self.jacobian = compile_form(ufl.derivative(residual, u, du))
         self.energy = compile_form(self.solid.energy())
+        dissipation = self.solid.dissipation()
+        self.dissipation = None if dissipation is None else compile_form(dissipation)
         self.mass = compile_form(self.solid.density * ufl.inner(du, v) * self.solid.dx)
 
     @property
@@ -105,11 +110,12 @@ class BendingProblem:
         self.contact.place(-travel)
 
     def remember(self) -> None:
-        """Let slip refer to the current state."""
+        """Let slip and the material's internal variables refer to the current state."""
         self.contact.advance()
+        self.solid.remember()
 
     def accept(self) -> None:
-        """Make the current state the last accepted one, to which slip and stabilisation refer."""
+        """Make the current state the last accepted one, from which a step starts."""
         self.remember()
         self.contact.update_stabilisation()
 

@@ -256,7 +256,9 @@ class Contact:
         n = ufl.inv(F).T * N
         n = n / ufl.sqrt(ufl.dot(n, n))
         amount = ufl.variable(fem.Constant(mesh, 0.0))
-        energy = self.solid.energy_density(F + amount * ufl.outer(n, N))
+        # at fixed internal variables: the stiffness of unloading, which is the largest
+        state = self.solid.state(F)
+        energy = self.solid.energy_density(F + amount * ufl.outer(n, N), state)
         second = ufl.diff(ufl.diff(energy, amount), amount)
         points = np.full((1, mesh.topology.dim), 0.5)
         return compile_expression(second, points)

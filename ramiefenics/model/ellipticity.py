@@ -1,10 +1,10 @@
 """Whether the material can still resist: volume ratio, principal stretch, strong ellipticity.
 
-A hyperelastic solid is strongly elliptic where ``A(m, N) = m.(d2W/dF2 : m (x) N) N`` is positive
-for all directions m, N: where every plane wave has a speed, and no deformation can localise in a
-band (Hadamard 1903; Marsden and Hughes 1983, section 4.3). Its minimum over unit vectors is the
-smallest eigenvalue of the acoustic tensor over directions N. Where it is lost, the solution depends
-on the mesh.
+A solid is strongly elliptic where ``A(m, N) = m.(dP/dF : m (x) N) N``, of the stress P at the end
+of a step, is positive for all directions m, N: where every plane wave has a speed, and no
+deformation can localise in a band (Hadamard 1903; Marsden and Hughes 1983, section 4.3; for
+materials that remember, Rice 1976). Its minimum over unit vectors is the smallest eigenvalue of the
+acoustic tensor over directions N. Where it is lost, the solution depends on the mesh.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class MaterialPoints:
         count = solid.mesh.topology.index_map(solid.mesh.topology.dim).size_local
         self._cells = np.arange(count, dtype=np.int32)
         F = ufl.variable(solid.gradient(solid.displacement))
-        tangent = ufl.diff(ufl.diff(solid.energy_density(F), F), F)
+        tangent = ufl.diff(solid.stress_at(F), F)
         self._gradient = compile_expression(solid.gradient(solid.displacement), points)
         self._tangent = compile_expression(tangent, points) if acoustic else None
         self._shape = (count, len(points))
@@ -95,7 +95,7 @@ def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.flo
     Parameters
     ----------
     tangent
-        Second derivatives of the energy by the deformation gradient, MPa, shape (n, 3, 3, 3, 3).
+        Derivatives of the stress by the deformation gradient, MPa, shape (n, 3, 3, 3, 3).
 
     Returns
     -------

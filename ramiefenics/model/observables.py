@@ -46,8 +46,9 @@ class Observables:
         How far, along Y, the front of a cylinder is beyond a corner of the mesh, at the most.
     penetration_radii
         The same over the cylinder's radius; none for plates.
-    stored_energy_Nmm, friction_work_Nmm
-        Elastic energy; work done against friction so far.
+    stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
+        Stored energy; work done against friction so far; energy that the material has dissipated
+        so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
         Lowest over all quadrature points, see `PointState`. Where the last is negative the
         material has lost strong ellipticity, and the answer depends on the mesh.
@@ -67,6 +68,7 @@ class Observables:
     penetration_radii: float
     stored_energy_Nmm: float
     friction_work_Nmm: float
+    dissipated_Nmm: float
     min_volume_ratio: float
     min_principal_stretch: float
     min_acoustic_MPa: float
@@ -154,6 +156,7 @@ class Observer:
         section = self._extent(position[self._section])
         self.material = self._points.evaluate()
         stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
+        lost = 0.0 if problem.dissipation is None else fem.assemble_scalar(problem.dissipation)
         work = sum(s.friction_work_Nmm for s in sums) * problem.factor
         penetration, in_radii = self._penetration(position)
         return Observables(
@@ -171,6 +174,7 @@ class Observer:
             penetration_radii=in_radii,
             stored_energy_Nmm=float(stored),
             friction_work_Nmm=float(work),
+            dissipated_Nmm=float(comm.allreduce(lost, op=MPI.SUM) * problem.factor),
             min_volume_ratio=self._least(self.material.volume_ratio),
             min_principal_stretch=self._least(self.material.principal_stretch),
             min_acoustic_MPa=self._least(self.material.acoustic_MPa),

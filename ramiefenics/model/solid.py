@@ -1,4 +1,4 @@
-"""A layered hyperelastic solid on a mesh: displacement, energy, stress."""
+"""A layered solid on a mesh: displacement, energy, stress, and what the material remembers."""
 
 from __future__ import annotations
 
@@ -10,13 +10,17 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from ramiefenics.model.compat import geometry_order
-from ramiefenics.model.laws import LAWS
-from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.laws import law_named
+from ramiefenics.model.laws.base import Expr, State
+from ramiefenics.model.material_memory import MaterialMemory
 from ramiefenics.specification import Material
 from ramiefenics.specification.material import G_PER_CM3
 
 QUADRATURE_DEGREE = {1: 2, 2: 4}
 """Volume quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points, full integration."""
+
+DISSIPATED = "dissipated"
+"""What the material remembers beside its law's internal variables, N/mm2."""
 
 
 class Solid:
@@ -34,7 +38,7 @@ class Solid:
     materials
         One per layer.
     law
-        Name of the hyperelastic law.
+        Material law, as in the specification.
     serendipity
         Whether the displacement does without nodes inside faces and cells (Arnold and Awanou 2011).
 
@@ -59,8 +63,8 @@ class Solid:
         serendipity: bool = False,
     ) -> None:
         self.mesh = mesh
-        self.law = LAWS[law]
-        parameters = [self.law.parameters(material) for material in materials]
+        self.law = law_named(law)
+        parameters = [self.law.parameters_of(material) for material in materials]
         self.order = geometry_order(mesh)
         family = "S" if serendipity else "Lagrange"
         self.space = fem.functionspace(mesh, (family, self.order, (mesh.geometry.dim,)))
@@ -76,6 +80,13 @@ class Solid:
         self.dx = ufl.Measure(
             "dx", mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE[self.order]}
         )
+        self._memory = None
+        if self.law.memory is not None:
+            start = {**self.law.memory.start, DISSIPATED: 0.0}
+            self._memory = MaterialMemory(mesh, self.order, start)
+            F = self.gradient(self.displacement)
+            state = self.state(F)
+            self._now = self._memory.compile({**state, DISSIPATED: self._dissipated(F, state)})
 
     def _layerwise(self, name: str, cells: dmesh.MeshTags, values: Sequence[float]) -> fem.Function:
         """Return a cell-wise function with one value per layer."""
@@ -89,18 +100,61 @@ class Solid:
         """Return the deformation gradient of a displacement, UFL shape (3, 3)."""
         return ufl.Identity(3) + ufl.grad(displacement)
 
-    def energy_density(self, F: Expr) -> Expr:
-        """Return the stored energy per undeformed volume, N/mm2."""
-        return self.law.energy(F, self._parameters)
+    @property
+    def _last(self) -> State:
+        """Internal variables at the end of the last step."""
+        return {} if self._memory is None else self._memory.last
+
+    def state(self, F: Expr) -> State:
+        """Return the internal variables at the end of a step to a deformation gradient."""
+        return self.law.state(F, self._parameters, self._last, self.duration)
+
+    def energy_density(self, F: Expr, state: State | None = None) -> Expr:
+        """Return the stored energy per undeformed volume, N/mm2.
+
+        Parameters
+        ----------
+        F
+            Deformation gradient, UFL shape (3, 3).
+        state
+            Internal variables; by default those that follow from it.
+        """
+        return self.law.stored(F, self._parameters, self.state(F) if state is None else state)
+
+    def stress_at(self, F: Expr) -> Expr:
+        """Return the first Piola-Kirchhoff stress at a `ufl.variable`, MPa, UFL shape (3, 3)."""
+        return self.law.stress(F, self._parameters, self._last, self.duration)
 
     def stress(self, displacement: Expr) -> Expr:
         """Return the first Piola-Kirchhoff stress, MPa, UFL shape (3, 3)."""
-        F = ufl.variable(self.gradient(displacement))
-        return ufl.diff(self.energy_density(F), F)
+        return self.stress_at(ufl.variable(self.gradient(displacement)))
 
     def energy(self) -> Expr:
         """Return the stored energy of the mesh, a UFL functional, N mm."""
         return self.energy_density(self.gradient(self.displacement)) * self.dx
+
+    def virtual_work(self, v: Expr) -> Expr:
+        """Return the stress's work on a test function, a UFL form, N mm."""
+        if self._memory is None:
+            return ufl.derivative(self.energy(), self.displacement, v)
+        return ufl.inner(self.stress(self.displacement), ufl.grad(v)) * self.dx
+
+    def dissipation(self) -> Expr | None:
+        """Return what the mesh has dissipated so far, a UFL functional, N mm; None if nothing."""
+        if self._memory is None:
+            return None
+        F = self.gradient(self.displacement)
+        return self._dissipated(F, self.state(F)) * self.dx
+
+    def _dissipated(self, F: Expr, state: State) -> Expr:
+        step = self.law.dissipated(F, self._parameters, self._last, state, self.duration)
+        return self._last[DISSIPATED] + step
+
+    def remember(self) -> None:
+        """Let the material remember the current state as the end of a step, whose time is over."""
+        if self._memory is not None:
+            self._memory.remember(self._now)
+        self.duration.value = 0.0
 
     def cauchy(self) -> Expr:
         """Return the Cauchy stress, MPa, UFL shape (3, 3)."""

@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 from mpi4py import MPI
 
+from ramiefenics.model.laws import law_content
 from ramiefenics.model.observables import Observables
 from ramiefenics.runs.store import Store, key_of
 from ramiefenics.solve.quasistatic import Ending, Jump, Step
@@ -54,10 +55,11 @@ class Simulation:
     ranks: int = 1
 
     def keys(self) -> tuple[str, ...]:
-        """Return the name under which it is kept, whatever its mesh recipe is called."""
+        """Return the name under which it is kept, whatever its files are called."""
         mesh = dataclasses.replace(self.test.numerics.mesh, name="")
         numerics = dataclasses.replace(self.test.numerics, mesh=mesh)
         content = to_dict(dataclasses.replace(self.test, numerics=numerics))
+        content["law"] = law_content(self.test.law)
         return (key_of([content, self.ranks], __file__),)
 
     def compute(self) -> str:

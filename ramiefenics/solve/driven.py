@@ -43,7 +43,7 @@ class Driven(Protocol):
         """Set the displacement from which the first step is solved."""
 
     def remember(self) -> None:
-        """Let friction refer to the current state, on the way to one that is accepted."""
+        """Let friction and material remember the current state, on the way to an accepted one."""
 
     def accept(self) -> None:
         """Make the current state the last accepted one."""
@@ -56,8 +56,8 @@ class Observed(Protocol):
     ----------
     force_N
         The force that drives it.
-    stored_energy_Nmm, friction_work_Nmm
-        Energy stored; work done against friction so far.
+    stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
+        Energy stored; work done against friction so far; energy dissipated by the material so far.
     misses_contact
         Whether the drive is inside the structure, which a shorter step may prevent.
     """
@@ -70,6 +70,9 @@ class Observed(Protocol):
 
     @property
     def friction_work_Nmm(self) -> float: ...  # noqa: D102
+
+    @property
+    def dissipated_Nmm(self) -> float: ...  # noqa: D102
 
     @property
     def misses_contact(self) -> bool: ...  # noqa: D102

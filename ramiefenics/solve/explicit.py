@@ -194,7 +194,8 @@ class ExplicitTest:
         held = kinetic + measured.stored_energy_Nmm
         scales = self._energy_Nmm, abs(work), abs(held), abs(measured.force_N) * travel
         self._energy_Nmm = float(np.max(scales))  # NaN stays NaN
-        missing = work - held - measured.friction_work_Nmm - damping
+        spent = measured.friction_work_Nmm + measured.dissipated_Nmm
+        missing = work - held - spent - damping
         return Point(
             time_s=self.motion.time_s,
             travel_mm=travel,

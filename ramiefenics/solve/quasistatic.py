@@ -45,7 +45,7 @@ class Jump:
     displacement_mm
         Travel after it; it began within the step before.
     energy_released_Nmm
-        What stored energy and friction leave of the drive's work.
+        What stored energy, friction and the material's dissipation leave of the drive's work.
     force_before_N, force_after_N
         Drop of the driving force.
     """
@@ -292,7 +292,8 @@ class QuasiStatic(Generic[T]):
         work = self._work(length, measured)
         stored = measured.stored_energy_Nmm - before.stored_energy_Nmm
         rubbed = measured.friction_work_Nmm - before.friction_work_Nmm
-        released = work - stored - rubbed
+        dissipated = measured.dissipated_Nmm - before.dissipated_Nmm
+        released = work - stored - rubbed - dissipated
         scale = self._work_Nmm if self._stretch.holds else work
         least = max(WORK_SHARE * abs(scale), STORED_SHARE * measured.stored_energy_Nmm)
         if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch

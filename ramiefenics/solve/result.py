@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
-from ramiefenics.model.laws import LAWS
+from ramiefenics.model.laws import law_named
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.solve.peak import Peak, find_peak
@@ -103,7 +103,7 @@ class BendingResult(Result):
         curve = self.curve
         lost = {
             "volume": curve["min_volume_ratio"] <= 0.0,
-            "stretch": curve["min_principal_stretch"] <= LAWS[self.test.law].least_stretch,
+            "stretch": curve["min_principal_stretch"] <= law_named(self.test.law).least_stretch,
             "ellipticity": curve["min_acoustic_MPa"] <= 0.0,
         }
         return {
@@ -178,7 +178,8 @@ class BendingResult(Result):
         curve, acoustic = self.curve, self.test.numerics.acoustic_check
         work = float(curve["indenter_work_Nmm"].iloc[-1])
         most = float(curve["indenter_work_Nmm"].max())
-        spent = float(curve["stored_energy_Nmm"].iloc[-1] + curve["friction_work_Nmm"].iloc[-1])
+        kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
+        spent = float(curve[kinds].iloc[-1].sum())
         imbalance = float((curve["force_N"] - curve["support_force_N"]).abs().max())
         return {
             "max_force_N": self.max_force_N,

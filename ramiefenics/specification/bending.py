@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ramiefenics.specification.checks import check_choice, check_instance
+from ramiefenics.specification.checks import check_instance, check_text
 from ramiefenics.specification.errors import SpecificationError
 from ramiefenics.specification.fixture import Cylinder, Fixture
 from ramiefenics.specification.machine import Machine
 from ramiefenics.specification.numerics import Numerics
 from ramiefenics.specification.protocol import Protocol
 from ramiefenics.specification.stalk import Stalk
-
-LAWS = ("saturating_fibre", "neo_hookean", "svk", "isotropic")
 
 
 @dataclass(frozen=True)
@@ -30,9 +28,9 @@ class BendingTest:
     protocol
         Along what path.
     law
-        Hyperelastic law of all layers: ``saturating_fibre`` (stable under crushing and fibre
-        compression), ``neo_hookean`` (stable under crushing only), ``svk`` (St.
-        Venant-Kirchhoff, what LS-DYNA's MAT_002 computes) or ``isotropic`` (neo-Hookean).
+        Material law of all layers: the name of one in `ramiefenics.model.laws`, for instance
+        ``saturating_fibre`` (stable under crushing and fibre compression), or the path of a Python
+        file that defines one, seen from the current folder.
     numerics
         How it is solved.
     """
@@ -54,7 +52,7 @@ class BendingTest:
             ("numerics", Numerics),
         ):
             check_instance(self, name, cls)
-        check_choice(self, "law", LAWS)
+        check_text(self, "law", empty=False)
         span, length = self.fixture.span_mm, self.stalk.length_mm
         if span >= length:
             raise SpecificationError(

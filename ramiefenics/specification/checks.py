@@ -27,6 +27,44 @@ def check_number(
         A dataclass instance under construction (frozen or not).
     name
         The field's name.
+    above, at_least, below, at_most, unit
+        As for `checked_number`.
+
+    Raises
+    ------
+    SpecificationError
+        If the value is no finite number or out of bounds.
+    """
+    value = checked_number(
+        name,
+        getattr(obj, name),
+        above=above,
+        at_least=at_least,
+        below=below,
+        at_most=at_most,
+        unit=unit,
+    )
+    object.__setattr__(obj, name, value)
+
+
+def checked_number(
+    name: str,
+    value: Any,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    unit: str = "",
+) -> float:
+    """Return a value as a float, if it is a finite number within bounds.
+
+    Parameters
+    ----------
+    name
+        What it is called in the message.
+    value
+        What was given.
     above, below
         Open bounds.
     at_least, at_most
@@ -39,7 +77,6 @@ def check_number(
     SpecificationError
         If the value is no finite number or out of bounds.
     """
-    value = getattr(obj, name)
     bounds = [
         f"{word} {bound:g}{' ' + unit if unit else ''}"
         for word, bound in (
@@ -60,7 +97,7 @@ def check_number(
         or (at_most is not None and value > at_most)
     ):
         raise SpecificationError(name, value, allowed)
-    object.__setattr__(obj, name, float(value))
+    return float(value)
 
 
 def check_integer(obj: Any, name: str, at_least: int) -> None:

@@ -159,13 +159,10 @@ def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
 
 
 def to_dict(obj: Any) -> Any:
-    """Turn nested dataclasses into plain mappings and lists, leaving out what is None."""
+    """Turn nested dataclasses into plain mappings and lists, leaving out None and empty tables."""
     if dataclasses.is_dataclass(obj) and not isinstance(obj, type):
-        return {
-            f.name: to_dict(getattr(obj, f.name))
-            for f in dataclasses.fields(obj)
-            if getattr(obj, f.name) is not None
-        }
+        values = {f.name: getattr(obj, f.name) for f in dataclasses.fields(obj)}
+        return {n: to_dict(value) for n, value in values.items() if value not in (None, {})}
     if isinstance(obj, tuple):
         return [to_dict(item) for item in obj]
     return obj
@@ -223,19 +220,25 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
             known: Iterable[str] = named
             child = named.get(part)
         else:
-            hints = _hints(hint)
+            hints = {} if _is_table(hint) else _hints(hint)
             known = hints
-            child, hint = target.get(part), hints.get(part)
+            hint = hints.get(part)
+            child = target.setdefault(part, {}) if _is_table(hint) else target.get(part)
         if not isinstance(child, (dict, list)):
             error = _unknown(part, value, known)
             raise error.inside(walked) if walked else error
         target, walked = child, f"{walked}.{part}" if walked else part
     if isinstance(target, list):
         raise SpecificationError(key, value, f"must name a value of a layer, as in {key}.name=...")
-    fields = [f.name for f in dataclasses.fields(hint)]
+    fields = [last] if _is_table(hint) else [f.name for f in dataclasses.fields(hint)]
     if last not in fields:
         error = _unknown(last, value, fields)
         raise error.inside(walked) if walked else error
     if last == "mesh" and isinstance(value, str):  # in full, so that its parts can be set next
         value = to_dict(_convert(MeshRecipe, key, value))
     target[last] = value
+
+
+def _is_table(hint: Any) -> bool:
+    """Whether a field is a table whose keys are not known here."""
+    return typing.get_origin(hint) is dict

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramiefenics.specification.checks import check_instance, check_number
+from ramiefenics.specification.checks import check_instance, check_number, checked_number
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 
 G_PER_CM3 = 1e-9
@@ -182,17 +183,28 @@ class Material:
         Constants at large strain.
     density_g_per_cm3
         Mass density; used by dynamics only.
+    law_constants
+        What the law declares beyond these, by name; those left out take the law's defaults.
     """
 
     elastic: Elastic
     closure: Closure = field(default_factory=Closure)
     density_g_per_cm3: float = 1.0
+    law_constants: dict[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Check the parts and the density."""
+        """Check the parts and the density; the law checks its own constants."""
         check_instance(self, "elastic", Elastic)
         check_instance(self, "closure", Closure)
         check_number(self, "density_g_per_cm3", above=0.0, unit="g/cm3")
+        own = self.law_constants
+        if not isinstance(own, Mapping):
+            raise SpecificationError("law_constants", own, "must be a table of the law's constants")
+        try:
+            numbers = {name: checked_number(name, value) for name, value in own.items()}
+        except SpecificationError as error:
+            raise error.inside("law_constants") from error
+        object.__setattr__(self, "law_constants", numbers)
 
     def scaled(self, factor: float) -> Material:
         """Return the material with all moduli that many times as large."""

@@ -1,30 +1,74 @@
-"""Hyperelastic laws, one module each; a new one is listed here."""
+"""Material laws, one module each: whatever `Law` a module of this folder defines is on offer."""
 
-from ramiefenics.model.laws.base import Law
-from ramiefenics.model.laws.isotropic import ISOTROPIC
-from ramiefenics.model.laws.neo_hookean import NEO_HOOKEAN
-from ramiefenics.model.laws.saint_venant_kirchhoff import SAINT_VENANT_KIRCHHOFF
-from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib
+import pkgutil
+from pathlib import Path
+
+from ramiefenics.model.laws.base import Constant, Law, Memory
 from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification.user_file import load_objects
 
 LAWS: dict[str, Law] = {
-    law.name: law for law in (SATURATING_FIBRE, NEO_HOOKEAN, SAINT_VENANT_KIRCHHOFF, ISOTROPIC)
+    value.name: value
+    for module in pkgutil.iter_modules(__path__)
+    for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values()
+    if isinstance(value, Law)
 }
+"""By name."""
+
+
+def law_named(name: str) -> Law:
+    """Return a law by its name, or the one that a Python file defines.
+
+    Raises
+    ------
+    SpecificationError
+        If there is none of that name, or the file does not define one.
+    """
+    if name in LAWS:
+        return LAWS[name]
+    if not name.endswith(".py"):
+        allowed = f"must be one of {', '.join(LAWS)}, or a Python file that defines a law"
+        raise SpecificationError("law", name, allowed)
+    return _law_in(name, law_content(name))
+
+
+def law_content(name: str) -> str:
+    """Return what a law's results depend on: its name, or a checksum of its file if it has one."""
+    if name in LAWS or not Path(name).is_file():
+        return name
+    return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+
+
+@functools.cache
+def _law_in(path: str, content: str) -> Law:
+    """Return the law of a file; read again where its content has changed."""
+    found = load_objects(path, Law, "law")
+    own = [law for law in found if law not in LAWS.values()]  # others are imported
+    if len(own) != 1:
+        names = ", ".join(law.name for law in own) or "none"
+        raise SpecificationError("law", path, f"must define one law of its own, but has {names}")
+    return own[0]
 
 
 def check_law(test: BendingTest) -> None:
-    """Check that a test's law can take the constants of every layer.
+    """Check that there is a test's law, and that it can take the constants of every layer.
 
     Raises
     ------
     SpecificationError
         If not; the field's dotted name is complete.
     """
+    law = law_named(test.law)
     for layer in test.stalk.layers:
         try:
-            LAWS[test.law].parameters(layer.material)
+            law.parameters_of(layer.material)
         except SpecificationError as error:
             raise error.inside(f"stalk.layers.{layer.name}.material") from error
 
 
-__all__ = ["LAWS", "Law", "check_law"]
+__all__ = ["LAWS", "Constant", "Law", "Memory", "check_law", "law_content", "law_named"]

@@ -26,7 +26,7 @@ in one direction, expands in the other, and would crease, at any length, at half
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import ufl
 
@@ -74,22 +74,37 @@ def _parameters(material: Material) -> dict[str, float]:
 
 
 def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
+    return energy_with_fibres(F, p, _fibre_energy)
+
+
+def energy_with_fibres(
+    F: Expr, p: Mapping[str, Expr], fibre_energy: Callable[[Expr, Mapping[str, Expr]], Expr]
+) -> Expr:
+    """Return the energy above with another one of the fibres, from their strain e and `p`."""
     f1, f2, f3 = (F[:, i] for i in range(3))
     area = ufl.cross(f1, f2)
     J = ufl.dot(area, f3)
     log_j = ufl.ln(J)
     stretch_squared = ufl.dot(f3, f3)
-    stretch = ufl.sqrt(stretch_squared)
-    e = stretch - 1 + p["r"] * (log_j - ufl.ln(stretch))
+    e = _fibre_strain(ufl.sqrt(stretch_squared), log_j, p)
     distortion = ufl.inner(F, F) - 3 - 2 * log_j
     return (
         p["mu"] / 2 * distortion
         + p["lambda"] / 2 * log_j**2
         + p["d"] / 24 * (2 * p["mu"] + p["lambda"]) * (log_j**4 + distortion**2 / 4)
-        + _fibre_energy(e, p)
+        + fibre_energy(e, p)
         + p["shear_XZ"] / 2 * _saturated(stretch_squared * ufl.dot(area, area) / J**2 - 1, p)
         + p["shear_XY"] / 2 * ufl.dot(f1, f2) ** 2 / (ufl.dot(f1, f1) * ufl.dot(f2, f2))
     )
+
+
+def fibre_strain(F: Expr, p: Mapping[str, Expr]) -> Expr:
+    """Return the fibres' strain e."""
+    return _fibre_strain(ufl.sqrt(ufl.dot(F[:, 2], F[:, 2])), ufl.ln(ufl.det(F)), p)
+
+
+def _fibre_strain(stretch: Expr, log_j: Expr, p: Mapping[str, Expr]) -> Expr:
+    return stretch - 1 + p["r"] * (log_j - ufl.ln(stretch))
 
 
 def _saturated(q: Expr, p: Mapping[str, Expr]) -> Expr:
@@ -105,6 +120,12 @@ def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
     compression = p["h"] / 2 * e**2 + p["s_c"] ** 2 / drop * log_cosh
     elastic = ufl.conditional(ufl.ge(e, 0), p["k"] / 2 * e**2, compression)
     return elastic / (1 + p["c"] * elastic)
+
+
+def fibre_stress(e: Expr, p: Mapping[str, Expr]) -> Expr:
+    """Return the stress of fibres with the strain e, MPa."""
+    e = ufl.variable(e)
+    return ufl.diff(_fibre_energy(e, p), e)
 
 
 SATURATING_FIBRE = Law("saturating_fibre", _parameters, _energy, homogeneous=True)

@@ -1,0 +1,121 @@
+"""The default law for a tissue whose section is crushed for good.
+
+The deformation is ``F = F_e F_p`` with a plastic part F_p within the section (Lee 1969), and the
+energy is the default law's, of F_e, per undeformed volume: the cell walls, with the fibres in them,
+are as many as before. Of the elastic part's Mandel stress ``F_e^T dW/dF_e`` the block within the
+section has two principal values. Where one is a pressure above
+
+    Y = s_Y / (1 - a / a_D),    a = -ln det F_p,
+
+the tissue is crushed along that direction, and only along it: cells that collapse do not bulge
+(Gibson and Ashby 1997, section 5.3). As the lost area a comes near a_D, where the cells are closed,
+Y grows without limit. Tension opens nothing again. Along the crushed directions d_i the plastic
+part changes by ``exp(-sum g_i d_i (x) d_i)``; the amounts g_i follow in closed form from the trial
+stress, which by the stiffness at rest falls by ``C11 g_i + C12 g_j``. What that differs by from the
+law's own stiffness is left to the next step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import ufl
+
+from ramiefenics.model.laws.base import Constant, Expr, Law, Memory, State, stiffness_entries
+from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE, fibre_strain, fibre_stress
+from ramiefenics.specification import Material
+
+CONSTANTS = (
+    Constant("crushing_strain", "1", default=0.05, above=0.0),  # s_Y / C11
+    Constant("densified", "1", default=0.4, above=0.0),  # a_D
+)
+
+ROUNDING = 1e-10
+"""Difference of the principal stresses over C11 at which directions begin to have a meaning."""
+
+
+def _parameters(material: Material) -> dict[str, float]:
+    c11, c12, _, _ = stiffness_entries(material.elastic)
+    return SATURATING_FIBRE.parameters(material) | {"C11": c11, "rho": c12 / c11}
+
+
+def _elastic_part(F: Expr, unloading: Expr) -> Expr:
+    """Return F_e from the block of F_p^-1 within the section, UFL shape (2, 2)."""
+    u = unloading
+    return F * ufl.as_matrix(((u[0, 0], u[0, 1], 0), (u[1, 0], u[1, 1], 0), (0, 0, 1)))
+
+
+def _energy(F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
+    return SATURATING_FIBRE.energy(_elastic_part(F, state["unloading"]), p)
+
+
+def _update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
+    u = last["unloading"]
+    mean, half, shear = _section_stress(_elastic_part(F, u), p)
+    radius = ufl.sqrt(half**2 + shear**2 + ROUNDING**2)
+    left = p["densified"] - ufl.ln(ufl.det(u))
+    first, second = _crushed(radius - mean, -radius - mean, left, p)
+    # exp(first d1 (x) d1 + second d2 (x) d2), d1 along the higher pressure
+    middle = (ufl.exp(first) + ufl.exp(second)) / 2
+    apart = (ufl.exp(first) - ufl.exp(second)) / 2 / radius
+    grown = ufl.as_matrix(
+        ((middle - apart * half, -apart * shear), (-apart * shear, middle + apart * half))
+    )
+    return {"unloading": u * grown}
+
+
+def _section_stress(F: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
+    """Return mean, half difference and shear of the Mandel stress within the section, over C11.
+
+    The shear energies do not change when the section is stretched (but for that of a G_XY other
+    than Eq. 4's, which is left out here).
+    """
+    f1, f2 = F[:, 0], F[:, 1]
+    c11, c22, c12 = ufl.dot(f1, f1), ufl.dot(f2, f2), ufl.dot(f1, f2)
+    log_j = ufl.ln(ufl.det(F))
+    distortion = ufl.inner(F, F) - 3 - 2 * log_j
+    densified = p["d"] / 24 * (2 * p["mu"] + p["lambda"])
+    by_shape = (p["mu"] + densified * distortion) / p["C11"]
+    by_volume = p["lambda"] * log_j + 4 * densified * log_j**3
+    by_fibres = p["r"] * fibre_stress(fibre_strain(F, p), p)
+    mean = by_shape * ((c11 + c22) / 2 - 1) + (by_volume + by_fibres) / p["C11"]
+    return mean, by_shape * (c11 - c22) / 2, by_shape * c12
+
+
+def _crushed(high: Expr, low: Expr, left: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr]:
+    """Return by how much the directions of the higher and the lower pressure are crushed.
+
+    Parameters
+    ----------
+    high, low
+        Pressures over C11 if nothing were crushed in this step.
+    left
+        What was left before the step of the area to lose, a_D - a.
+    p
+        The law's parameters.
+    """
+    rho, y, room = p["rho"], p["crushing_strain"], p["densified"]
+
+    def still_left(pressure: Expr, stiffness: Expr, times: int) -> Expr:
+        """Solve ``pressure - stiffness (left - z) = times y room / z`` for what is left then."""
+        b = pressure - stiffness * left
+        return (ufl.sqrt(b**2 + 4 * stiffness * times * y * room) - b) / (2 * stiffness)
+
+    yields = ufl.gt(high, y * room / left)
+    alone = still_left(high, ufl.as_ufl(1.0), 1)
+    both = ufl.gt(low - rho * (left - alone), y * room / alone)
+    together = left - still_left(high + low, 1 + rho, 2)
+    difference = (high - low) / (1 - rho)
+    first = ufl.conditional(both, (together + difference) / 2, left - alone)
+    second = ufl.conditional(both, (together - difference) / 2, 0.0)
+    return ufl.conditional(yields, first, 0.0), ufl.conditional(yields, second, 0.0)
+
+
+CRUSHING = Law(
+    "crushing",
+    _parameters,
+    _energy,
+    homogeneous=True,
+    constants=CONSTANTS,
+    memory=Memory({"unloading": ((1.0, 0.0), (0.0, 1.0))}, _update),
+)

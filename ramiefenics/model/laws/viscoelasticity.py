@@ -1,0 +1,131 @@
+"""Linear viscoelasticity by a Prony series, on any elastic law.
+
+With the elastic energy W, of the right Cauchy-Green tensor C, shares g_i and relaxation times
+tau_i, the free energy is
+
+    (1 - sum g_i) W(C) + sum g_i (W(C) - W(A_i) - dW(A_i) : (C - A_i)),    A_i' = (C - A_i) / tau_i.
+
+It is that of Simo (1987), ``W(C) - Q : C + X(Q)``, with the stress-like variables Q_i = g_i dW(A_i)
+that have the equilibrium values g_i dW(C) and the conjugate X that makes it vanish at rest. W is
+the law of fast loading; after long rest (1 - sum g_i) W is left. Where the stress is linear in C,
+hence at small strain, each branch relaxes by ``g_i exp(-t / tau_i)``. A_i is integrated exactly
+along a C that is linear in time over a step (Simo and Hughes 1998, Eq. 10.3.12), and so is the
+dissipation, ``g_i / tau_i (C - A_i) : ddW(A_i) : (C - A_i)``, but for ddW, which is taken at the
+step's end; it is positive wherever W is convex in C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import ufl
+
+from ramiefenics.model.laws.base import Constant, Expr, Law, Memory, State
+from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
+from ramiefenics.specification import Material, SpecificationError
+
+
+def prony(name: str, elastic: Law, branches: int) -> Law:
+    """Return a viscoelastic law.
+
+    Its constants are ``relaxing_share_1``, ``relaxation_time_1_s`` and so on.
+
+    Parameters
+    ----------
+    name
+        Of the law.
+    elastic
+        Its behaviour in fast loading.
+    branches
+        Number of terms of the Prony series.
+    """
+    numbers = range(1, branches + 1)
+
+    def parameters(material: Material) -> dict[str, float]:
+        total = sum(material.law_constants[f"relaxing_share_{i}"] for i in numbers)
+        if total >= 1.0:
+            allowed = "must be below 1, all shares together, or nothing bears a load for long"
+            raise SpecificationError("law_constants.relaxing_share", total, allowed)
+        return elastic.parameters(material)
+
+    def energy(F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
+        whole = elastic.energy(F, p)
+        for i in numbers:
+            followed = ufl.variable(state[f"followed_{i}"])
+            there = elastic.energy(_stretch_of(followed), p)
+            tangent_plane = there + ufl.inner(ufl.diff(there, followed), F.T * F - followed)
+            whole -= p[f"relaxing_share_{i}"] * tangent_plane
+        return whole
+
+    def update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
+        metric = F.T * F
+        now = {"metric": metric}
+        for i in numbers:
+            x = duration / p[f"relaxation_time_{i}_s"]
+            lag = last["metric"] - last[f"followed_{i}"]
+            growth = metric - last["metric"]
+            now[f"followed_{i}"] = metric - ufl.exp(-x) * lag - _mean_decay(x) * growth
+        return now
+
+    def dissipation(
+        F: Expr, p: Mapping[str, Expr], last: State, now: State, duration: Expr
+    ) -> Expr:
+        growth = now["metric"] - last["metric"]
+        total = 0.0
+        for i in numbers:
+            x = duration / p[f"relaxation_time_{i}_s"]
+            lag = last["metric"] - last[f"followed_{i}"]
+            followed = ufl.variable(now[f"followed_{i}"])
+            gradient = ufl.diff(elastic.energy(_stretch_of(followed), p), followed)
+            by_lag, by_growth = (
+                ufl.diff(ufl.inner(gradient, direction), followed) for direction in (lag, growth)
+            )
+            total += p[f"relaxing_share_{i}"] * (
+                (1 - ufl.exp(-2 * x)) / 2 * ufl.inner(by_lag, lag)
+                + x * _mean_decay(x) ** 2 * ufl.inner(by_lag, growth)
+                + _mean_square_growth(x) * ufl.inner(by_growth, growth)
+            )
+        return total
+
+    rest = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    start = {"metric": rest} | {f"followed_{i}": rest for i in numbers}
+    return Law(
+        name,
+        parameters,
+        energy,
+        least_stretch=elastic.least_stretch,
+        homogeneous=elastic.homogeneous,
+        constants=elastic.constants + tuple(c for i in numbers for c in _constants(i)),
+        memory=Memory(start, update, dissipation),
+    )
+
+
+def _constants(i: int) -> tuple[Constant, ...]:
+    share = Constant(f"relaxing_share_{i}", "1", default=0.1, at_least=0.0, below=1.0)
+    time = Constant(f"relaxation_time_{i}_s", "s", default=10.0**i, above=0.0)
+    return share, time
+
+
+def _stretch_of(C: Expr) -> Expr:
+    """Return a deformation gradient that has this C: its upper triangular Cholesky factor."""
+    a = ufl.sqrt(C[0, 0])
+    b, c = C[0, 1] / a, C[0, 2] / a
+    d = ufl.sqrt(C[1, 1] - b**2)
+    e = (C[1, 2] - b * c) / d
+    f = ufl.sqrt(C[2, 2] - c**2 - e**2)
+    return ufl.as_matrix(((a, b, c), (0, d, e), (0, 0, f)))
+
+
+def _mean_decay(x: Expr) -> Expr:
+    """Return the mean of exp(-t) for t from 0 to x; by its series where the quotient cancels."""
+    return ufl.conditional(ufl.gt(x, 1e-4), (1 - ufl.exp(-x)) / x, 1 - x / 2 + x**2 / 6)
+
+
+def _mean_square_growth(x: Expr) -> Expr:
+    """Return the integral of ((1 - exp(-t)) / x)^2 for t from 0 to x; likewise."""
+    decay = ufl.exp(-x)
+    exact = (x - 2 * (1 - decay) + (1 - decay**2) / 2) / x**2
+    return ufl.conditional(ufl.gt(x, 1e-2), exact, x / 3 - x**2 / 4 + 7 * x**3 / 60)
+
+
+VISCOELASTICITY = prony("viscoelasticity", SATURATING_FIBRE, branches=1)
