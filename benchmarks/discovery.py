@@ -1,4 +1,4 @@
-"""Hidden effects found: sealed cases of measured data, each with one effect in it or none.
+"""Hidden effects found: blind tests of measured data, each with one effect in it or none.
 
     ./run python benchmarks/discovery.py [--cases N]
 
@@ -72,7 +72,7 @@ def summary(record: dict[str, dict[str, Any]]) -> str:
         counts = [str(said.count(column) or "") for column in columns]
         rows.append([hidden or NOTHING, str(len(cases)), *counts])
     lines = [
-        "# Sealed cases",
+        "# Blind tests",
         "",
         "Made by `./run python benchmarks/discovery.py`; what it is about is in",
         "[discovery.md](discovery.md). Rows: what was hidden; columns: what `discover` said.",

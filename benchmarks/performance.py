@@ -145,7 +145,7 @@ Constants and coordinates are data to the compiled forms; nothing is compiled tw
 
 ## Derivatives of the force curve
 
-By eight parameters, geometry, moduli, closure, radius and friction among them, with `sensitivities`
+By eight parameters, of geometry, moduli, large strain, radius and friction, with `sensitivities`
 (`benchmarks/signatures.py`). Central differences would cost sixteen runs.
 
 {derivatives()}

@@ -34,8 +34,8 @@ COMPARED = (
     "svk ladder_q1_1",
     "svk shorter",
 )
-"""Labels of the runs that all stalks make: default closure, the weakest and the strongest that
-stay elliptic, and the published law on two meshes as coarse as such studies use."""
+"""Labels of the runs that all stalks make: default large-strain parameters, the weakest and the
+strongest that stay elliptic, and the published law on two meshes as coarse as such studies use."""
 
 OTHERS = {
     "shear_yield_strain": (0.03, 0.1),
@@ -70,11 +70,11 @@ Rows = Mapping[str, Mapping[str, Any]]
 
 
 def everywhere(key: str, value: float) -> list[str]:
-    """Assign a closure constant of both layers."""
-    return [f"stalk.layers.{layer}.material.closure.{key}={value}" for layer in LAYERS]
+    """Assign a large-strain parameter of both layers."""
+    return [f"stalk.layers.{layer}.material.large_strain.{key}={value}" for layer in LAYERS]
 
 
-def closure(strength: float, tangent: float) -> list[str]:
+def parameters(strength: float, tangent: float) -> list[str]:
     """Assign compressive strength and residual tangent of both layers."""
     return everywhere("fibre_strength", strength) + everywhere("fibre_residual_tangent", tangent)
 
@@ -98,7 +98,7 @@ def cases() -> dict[str, BendingTest]:
     """Return all tests by label."""
     table3 = {f"XZ {r:g}": radius(r) for r in RADII_MM}
     table3 |= {f"ZX {r:g}": [*radius(r), *as_zx()] for r in RADII_MM}
-    table3 |= {f"s_c {s} h {h}": closure(s, h) for s in STRENGTHS for h in TANGENTS}
+    table3 |= {f"s_c {s} h {h}": parameters(s, h) for s in STRENGTHS for h in TANGENTS}
     table3 |= {f"{k} {v}": everywhere(k, v) for k, values in OTHERS.items() for v in values}
     table3[THICKER] = ["stalk.layers.xylem.outer_diameter_mm=12.84"]
     table3 |= {
@@ -119,13 +119,13 @@ def cases() -> dict[str, BendingTest]:
 
 
 def figure(rows: Rows) -> Figure:
-    """Draw peak force over radius and over the closure constants."""
+    """Draw peak force over radius and over the large-strain parameters."""
     with mpl.rc_context(STYLE):
         drawing = Figure(figsize=(8.0, 3.6), layout="constrained")
         left, right = drawing.subplots(1, 2, sharey=True)
         for reading, colour, marker in (("XZ", BLUE, "o"), ("ZX", VERMILION, "s")):
             forces = [rows[f"{reading} {r:g}"]["max_force_N"] for r in RADII_MM]
-            label = f"printed Poisson number is nu_{reading}"
+            label = f"printed Poisson's ratio is nu_{reading}"
             left.plot(RADII_MM, forces, marker=marker, color=colour, label=label)
         old = [rows[f"svk {mesh}"]["max_force_N"] for mesh in OLD_MESHES]
         left.plot([5.0] * len(old), old, "x", color="k", label="published law, three meshes")
@@ -201,7 +201,7 @@ def main() -> None:
     rows = run_all("published_peak", cases())
     text = HEAD + stalks(rows)
     text += section(
-        "Radius and reading of the Poisson numbers",
+        "Radius and reading of the Poisson's ratios",
         "radius, reading",
         [(f"{r:g} mm, nu_{x}", rows[f"{x} {r:g}"]) for r in RADII_MM for x in ("XZ", "ZX")],
     )
@@ -211,7 +211,7 @@ def main() -> None:
         [(f"{s:g}, {h:g}", rows[f"s_c {s} h {h}"]) for s in STRENGTHS for h in TANGENTS],
     )
     text += section(
-        "Other closure constants",
+        "Other large-strain parameters",
         "constant",
         [(f"{k} = {v:g}", rows[f"{k} {v}"]) for k, values in OTHERS.items() for v in values],
     )

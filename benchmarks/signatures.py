@@ -19,7 +19,7 @@ KEYS = {
     "stalk.layers.xylem.material.elastic.E_X_MPa": 7.67,
     "stalk.layers.phloem.material.elastic.E_Z_MPa": 1919.08,
     "stalk.layers.phloem.material.elastic.G_XZ_MPa": 33.8,
-    "stalk.layers.xylem.material.closure.fibre_strength": 0.1,
+    "stalk.layers.xylem.material.large_strain.fibre_strength": 0.1,
     "fixture.indenter_radius_mm": 5.0,
     "fixture.friction.dynamic": 0.12,
 }

@@ -55,7 +55,7 @@ from .solve.sensitivity import (
 from .solve.simulate import simulate as simulate
 from .specification import (
     BendingTest as BendingTest,
-    Closure as Closure,
+    LargeStrain as LargeStrain,
     ContactMethod as ContactMethod,
     Elastic as Elastic,
     Explicit as Explicit,

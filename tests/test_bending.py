@@ -118,7 +118,7 @@ def test_snapshots_are_taken_where_the_protocol_says(bent: BendingResult) -> Non
 
 
 def test_giving_up_has_a_reason_and_keeps_the_curve(coarse: BendingTest) -> None:
-    """With one iteration per solve not even damped motion gets anywhere."""
+    """With one iteration per solve not even dynamic relaxation gets anywhere."""
     test = override(coarse, ["numerics.stepping.max_iterations=1"])
     result = simulate(test, MPI.COMM_SELF)
     assert result.ending.kind == "not converged"

@@ -256,7 +256,7 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
     mu, nu = np.meshgrid(np.linspace(0.05, 0.15, 201), np.linspace(0.2, 0.4, 201))
     early, late = (10.0 * x * (1 + nu + 2 * nu**2) + 3.0 * mu * x**2 for x in (2.0, 14.0))
     worth = np.sqrt(np.clip((40 - early) / 20, 0, 1) * np.clip((late - 100) / 300, 0, 1))
-    assert desired.worth == pytest.approx(worth.max(), rel=1e-3)
+    assert desired.desirability == pytest.approx(worth.max(), rel=1e-3)
     best = np.unravel_index(worth.argmax(), worth.shape)
     assert desired.test.fixture.friction.dynamic == pytest.approx(mu[best], abs=1e-3)
     layer = desired.test.stalk.layers[-1]
@@ -265,7 +265,7 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
     assert rf.read_test(out / "desirable.toml") == desired.test
     assert (out / "desirability.png").exists()
     check_folder(out)
-    check_print(found, f"Most desirable, {desired.worth:.3g} of 1")
+    check_print(found, f"Most desirable, {desired.desirability:.3g} of 1")
 
 
 def test_responses_of_a_known_curve() -> None:

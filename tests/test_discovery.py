@@ -40,7 +40,7 @@ def discover(folder: Path, out: Path, *options: str) -> subprocess.CompletedProc
     return subprocess.run([*command, *options], capture_output=True, text=True, check=False)
 
 
-def sealed(rng: np.random.Generator) -> list[Secret]:
+def hidden_effects(rng: np.random.Generator) -> list[Secret]:
     """Three different effects of drawn size, and nothing, in drawn order."""
     names = rng.choice(sorted(rf.EFFECTS), 3, replace=False)
     secrets = [Secret(None)]
@@ -53,8 +53,8 @@ def sealed(rng: np.random.Generator) -> list[Secret]:
 @pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize("number", range(4))
-def test_sealed_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    secret = sealed(np.random.default_rng(SEED))[number]
+def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    secret = hidden_effects(np.random.default_rng(SEED))[number]
     make_dataset(tmp_path / "data", secret, SEED + number, Runs())
     done = discover(tmp_path / "data", tmp_path / "found")
     assert done.returncode == 0, done.stderr
@@ -103,7 +103,7 @@ FREE = ("machine_compliance", "seating_gap", "stiffness_gradient")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hidden", [True, False])
-def test_sealed_case_on_coarse_meshes(
+def test_blind_test_on_coarse_meshes(
     hidden: bool, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Finite elements from end to end, few specimens, short curves; what is hidden is drawn."""

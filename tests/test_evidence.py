@@ -6,7 +6,7 @@ from scipy.stats import multivariate_normal
 
 from ramiefenics.discovery.evidence import WHITE, Evidence, Scatter
 from ramiefenics.discovery.verdict import (
-    chance,
+    bootstrap_p_value,
     gains_without_each,
     measure_gain,
     misfit_chance,
@@ -47,7 +47,7 @@ def test_likelihood_is_that_of_a_dense_gaussian(curves):
     by_factors, nuisance, signature = curves
     residual = np.random.default_rng(1).normal(0.0, 0.02, (N, M))
     evidence = Evidence(residual, by_factors, nuisance, FACTOR_SD)
-    values, amplitudes, _ = evidence.likelihoods(
+    values, amplitudes, _ = evidence.log_likelihoods(
         [SCATTER], np.array([0 * signature, signature]), [(0, 0), (-9, 9)], residual[..., None]
     )
     gaussian = multivariate_normal(cov=dense(by_factors, nuisance, SCATTER))
@@ -111,7 +111,7 @@ def test_chance_is_uniform_where_there_is_nothing(curves):
         base, best = evidence.fit(), evidence.fit(signature, (-1.0, 1.0))
         gain = best.log_likelihood - base.log_likelihood
         rng = np.random.default_rng(k)
-        found.append(chance(evidence, base, signature[None], [(-1.0, 1.0)], gain, rng))
+        found.append(bootstrap_p_value(evidence, base, signature[None], [(-1.0, 1.0)], gain, rng))
     for p in (0.1, 0.3, 0.5, 0.7):
         assert abs(np.mean(np.array(found) < p) - p) < 4.0 * (p * (1 - p) / 60) ** 0.5
 

@@ -18,9 +18,9 @@ from ramiefenics import BendingTest, override, simulate
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
 from ramiefenics.solve.mass import lumped_mass
-from ramiefenics.solve.motion import DampedMotion
 from ramiefenics.solve.newton import Newton
 from ramiefenics.solve.quasistatic import QuasiStatic, Step
+from ramiefenics.solve.relaxation import DynamicRelaxation
 from ramiefenics.specification import Protocol, Stepping
 
 RISE, HALF_SPAN, AXIAL_STIFFNESS_N = 1.0, 10.0, 4000.0
@@ -141,7 +141,7 @@ def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
 
 
 @pytest.mark.slow
-def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
+def test_collapsing_bend_jumps_and_relaxes(screening: BendingTest) -> None:
     """The neo-Hookean law's phloem kinks, and gives way suddenly; when is a matter of the mesh."""
     changes = ["law=neo_hookean", "numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size=0.015"]
     result = simulate(override(screening, changes), MPI.COMM_SELF)
@@ -155,7 +155,7 @@ def test_collapsing_bend_jumps_and_settles(screening: BendingTest) -> None:
 
 
 @pytest.mark.slow
-def test_stick_and_slip_settles_on_serendipity_elements(screening: BendingTest) -> None:
+def test_stick_and_slip_relaxes_on_serendipity_elements(screening: BendingTest) -> None:
     """Friction that weakens faster than the stalk gives way breaks loose; the stalk comes to rest.
 
     Row sums of the mass of these elements are negative at their corners.
@@ -187,7 +187,7 @@ def test_stepper_and_its_factors_are_freed() -> None:
 
 
 @pytest.mark.mpi
-def test_motion_settles_where_newton_arrives(coarse: BendingTest) -> None:
+def test_dynamic_relaxation_ends_where_newton_arrives(coarse: BendingTest) -> None:
     """From the stalk at rest, pushed by 0.5 mm, to the one equilibrium there is.
 
     Without friction: with it there is one for every path.
@@ -200,12 +200,12 @@ def test_motion_settles_where_newton_arrives(coarse: BendingTest) -> None:
     problem.place(0.5, 0.5)
     problem.first_guess(0.5)
     tolerance = 1e-6
-    outcome = DampedMotion(problem, newton).settle(tolerance, largest_update_mm=4.0)
+    outcome = DynamicRelaxation(problem, newton).relax(tolerance, largest_update_mm=4.0)
     assert outcome.converged
     assert newton.residual_norm() <= tolerance
-    settled = Observer(problem).observe().force_N
+    relaxed = Observer(problem).observe().force_N
     usual = simulate(override(coarse, ["protocol.travel_mm=0.5"])).curve["force_N"].iloc[-1]
-    assert settled == pytest.approx(usual, rel=1e-4)
+    assert relaxed == pytest.approx(usual, rel=1e-4)
 
 
 def test_mass_is_density_times_volume(coarse: BendingTest) -> None:

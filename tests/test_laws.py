@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ramiefenics import Closure, Elastic, Material
+from ramiefenics import Elastic, LargeStrain, Material
 from ramiefenics.model.laws import LAWS
 from ramiefenics.specification.published import PHLOEM, XYLEM
 from ramiefenics.verification.point import Point
@@ -110,8 +110,8 @@ def test_crushed_layer_stiffens(law: str) -> None:
 def test_fibre_stress_saturates_in_compression_only() -> None:
     """w(e) = h e - s_c tanh((k - h) |e| / s_c) for e < 0, linear for e >= 0 (r = 0 without nu)."""
     elastic = Elastic(E_X_MPa=2.0, E_Z_MPa=2000.0, nu_XY=0.0, nu_XZ=0.0, G_XZ_MPa=30.0)
-    closure = Closure(fibre_strength=0.2, fibre_residual_tangent=0.5, densification=0.0)
-    point = Point("saturating_fibre", Material(elastic, closure))
+    large_strain = LargeStrain(fibre_strength=0.2, fibre_residual_tangent=0.5, densification=0.0)
+    point = Point("saturating_fibre", Material(elastic, large_strain))
 
     def axial(stretch: float) -> float:
         """Take off the matrix, mu (lambda - 1 / lambda) with mu = E_X / 2 and lambda_Lame = 0."""
@@ -137,21 +137,21 @@ def test_axial_shear_does_not_weaken_when_crushed() -> None:
 
     rest = PHLOEM.elastic.G_XZ_MPa
     assert shear("neo_hookean") < 0.3 * rest + PHLOEM.elastic.E_X_MPa
-    assert shear("saturating_fibre") > (0.99 - PHLOEM.closure.fibre_strength) * rest
+    assert shear("saturating_fibre") > (0.99 - PHLOEM.large_strain.fibre_strength) * rest
 
 
 def test_shear_stress_saturates_beyond_yield() -> None:
     """P_YZ at simple shear of the fibres' planes: (G - mu) (R g + (1 - R) g_Y) far beyond g_Y."""
     # densification would add to a strain of 1
-    closure = dataclasses.replace(PHLOEM.closure, densification=0.0)
+    large_strain = dataclasses.replace(PHLOEM.large_strain, densification=0.0)
     elastic = PHLOEM.elastic
-    point = Point("saturating_fibre", dataclasses.replace(PHLOEM, closure=closure))
+    point = Point("saturating_fibre", dataclasses.replace(PHLOEM, large_strain=large_strain))
     mu = elastic.G_XY  # by Eq. 4 the section is isotropic: (C11 - C12) / 2
-    gamma = 20.0 * closure.shear_yield_strain
+    gamma = 20.0 * large_strain.shear_yield_strain
     F = np.eye(3)
     F[2, 1] = gamma  # f_2 leans, the fibre is not stretched: no other part of the law but mu acts
-    residual = closure.shear_residual_tangent
-    saturated = residual * gamma + (1 - residual) * closure.shear_yield_strain
+    residual = large_strain.shear_residual_tangent
+    saturated = residual * gamma + (1 - residual) * large_strain.shear_yield_strain
     expected = (elastic.G_XZ_MPa - mu) * saturated + mu * gamma
     # the root in the law approaches its asymptote to 1 / (2 * 20^2)
     assert point.stress(F)[2, 1] == pytest.approx(expected, rel=2e-3)
@@ -160,7 +160,7 @@ def test_shear_stress_saturates_beyond_yield() -> None:
 def test_densification_adds_its_energy() -> None:
     """d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4), in a layer crushed to one half."""
     loose = dataclasses.replace(
-        PHLOEM, closure=dataclasses.replace(PHLOEM.closure, densification=0)
+        PHLOEM, large_strain=dataclasses.replace(PHLOEM.large_strain, densification=0)
     )
     dense = Point("saturating_fibre", PHLOEM)
     rest = Point("saturating_fibre", loose)
@@ -170,7 +170,7 @@ def test_densification_adds_its_energy() -> None:
     modulus = 2 * p["mu"] + p["lambda"]
     distortion = 0.25 - 1 + 2 * np.log(2.0)
     shape = np.log(2.0) ** 4 + distortion**2 / 4
-    assert gain == pytest.approx(PHLOEM.closure.densification / 24 * modulus * shape)
+    assert gain == pytest.approx(PHLOEM.large_strain.densification / 24 * modulus * shape)
 
 
 def _surface_impedance(law: str, stretch: float) -> float:

@@ -129,7 +129,7 @@ def test_yielding_fibres_follow_the_closed_hysteresis(kinematic: float) -> None:
     k, hardening, strength = p["k"], p["hardening"], p["strength"]
     material = with_constants(tensile_yield_strain=strength / k, kinematic_share=kinematic)
     material = dataclasses.replace(
-        material, closure=dataclasses.replace(material.closure, densification=0.0)
+        material, large_strain=dataclasses.replace(material.large_strain, densification=0.0)
     )
     point = Point("fibre_plasticity", material)
     amplitude = 3.0 * strength / k

@@ -38,9 +38,11 @@ def specifications(draw: st.DrawFn) -> rf.BendingTest:
     for number, outer in enumerate(void + 2.0 * np.cumsum(walls)):
         across, along = draw(numbers(1.0, 50.0)), draw(numbers(100.0, 5000.0))
         elastic = rf.Elastic(across, along, draw(numbers(-0.3, 0.5)), 0.001, draw(factors))
-        closure = rf.Closure(densification=draw(numbers(0.0, 20.0)))
+        large_strain = rf.LargeStrain(densification=draw(numbers(0.0, 20.0)))
         density = draw(numbers(0.1, 1.5))
-        layers.append(rf.Layer(f"layer_{number}", outer, rf.Material(elastic, closure, density)))
+        layers.append(
+            rf.Layer(f"layer_{number}", outer, rf.Material(elastic, large_strain, density))
+        )
     span = draw(numbers(30.0, 150.0))
     fixture = rf.Fixture(span, draw(numbers(1.0, 7.0)), draw(numbers(1.0, 7.0)))
     numerics = rf.Numerics(mesh=rf.mesh_recipe(draw(st.sampled_from(rf.recipe_names()))))

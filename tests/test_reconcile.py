@@ -102,7 +102,7 @@ def test_table_5_gets_the_design_that_was_run(table_5: rf.Reconciliation) -> Non
     assert {row: tuple(levels) for row, levels in changes.iterrows()} == REPAIRED
     assert table_5.unique
     assert table_5.demanded == 7
-    assert table_5.chance <= 0.02
+    assert table_5.p_value <= 0.02
     # all repaired cells are in one column
     printed = table5()[0].points
     assert np.flatnonzero(np.any(table_5.repairs[0] != printed, axis=0)).tolist() == [1]
@@ -204,7 +204,7 @@ def test_planted_misprints_are_found(
     assert found.unique
     assert runs(found.repairs[0], design.responses) == runs(design.points, design.responses)
     assert len(found.rows) <= rows
-    assert found.chance <= 0.05
+    assert found.p_value <= 0.05
 
 
 def test_exchanged_rows_are_found_though_the_design_is_composite() -> None:
@@ -236,7 +236,7 @@ def test_little_published_is_ambiguous() -> None:
         design, dataclasses.replace(publication, coefficients=constant, sums_of_squares={})
     )
     assert not found.unique
-    assert found.chance > 0.5
+    assert found.p_value > 0.5
 
 
 def test_a_consistent_table_is_refused() -> None:

@@ -13,7 +13,7 @@ from ramiefenics import BendingTest, Parameter, override, sensitivities, simulat
 E_Z = "stalk.layers.phloem.material.elastic.E_Z_MPa"
 RADIUS, VOID = "fixture.indenter_radius_mm", "stalk.void_diameter_mm"
 FRICTION = "fixture.friction.dynamic"
-STRENGTH = "stalk.layers.phloem.material.closure.fibre_strength"
+STRENGTH = "stalk.layers.phloem.material.large_strain.fibre_strength"
 
 TYPICAL = {E_Z: 200.0, RADIUS: 0.5, VOID: 0.5, FRICTION: 0.05, STRENGTH: 0.01}
 AT_REST = {E_Z: 1919.08, RADIUS: 5.0, VOID: 7.28, FRICTION: 0.12, STRENGTH: 0.1}

@@ -122,8 +122,12 @@ def test_bad_file_gets_one_sentence(
         (["bend", "--set", "=3"], "must be of the form key=value"),
         (["bend", "--set", "stalk.layers.phloem=3"], "must name a value of a layer"),
         (
-            ["bend", "--set", "stalk.layers.phloem.material.closure.fibre_residual_tangent=99"],
-            "stalk.layers.phloem.material.closure.fibre_residual_tangent = 99.0 must be below",
+            [
+                "bend",
+                "--set",
+                "stalk.layers.phloem.material.large_strain.fibre_residual_tangent=99",
+            ],
+            "stalk.layers.phloem.material.large_strain.fibre_residual_tangent = 99.0 must be below",
         ),
         (["bend", "--set", "law=hooke"], "law = 'hooke' must be one of"),
         (

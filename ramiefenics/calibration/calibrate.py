@@ -99,10 +99,10 @@ def respond(
 
 
 def _desire(found: Calibration) -> Desired | None:
-    wishes = {w.name: w.goal for w in found.study.responses if w.goal is not None}
-    if not wishes:
+    goal_of = {r.name: r.goal for r in found.study.responses if r.goal is not None}
+    if not goal_of:
         return None
-    surfaces, goals = tuple(found.surfaces[name] for name in wishes), tuple(wishes.values())
-    best, worth = most_desirable(surfaces, goals, found.design.region)
+    surfaces, goals = tuple(found.surfaces[name] for name in goal_of), tuple(goal_of.values())
+    best, desirability = most_desirable(surfaces, goals, found.design.region)
     (test,) = found.space.tests(found.baseline, best[None])
-    return Desired(found.space, surfaces, goals, best, worth, test)
+    return Desired(found.space, surfaces, goals, best, desirability, test)

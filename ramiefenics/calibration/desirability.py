@@ -1,4 +1,4 @@
-"""Desirability: several wishes on responses as one number (Derringer and Suich 1980)."""
+"""Desirability: several goals on responses as one number (Derringer and Suich 1980)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KINDS = ("target", "maximum", "minimum")
 
 @dataclass(frozen=True)
 class Goal:
-    """A wish on a response.
+    """A goal on a response.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Goal:
             raise SpecificationError("target", self.target, "must lie between low and high")
 
     def desirability(self, value: Array) -> Array:
-        """Return what responses are worth, 0 to 1: Derringer and Suich's equations 4 and 5."""
+        """Return the desirability of responses, 0 to 1: Derringer and Suich's equations 4 and 5."""
         if self.kind == "maximum":
             share = (value - self.low) / (self.high - self.low)
         elif self.kind == "minimum":
@@ -69,18 +69,18 @@ class Goal:
 
 @dataclass(frozen=True)
 class Desired:
-    """What the wishes make of the surfaces.
+    """What the goals make of the surfaces.
 
     Attributes
     ----------
     space
         The surfaces' factors.
     surfaces, goals
-        The responses that a wish is on.
+        The responses that a goal is on.
     best
         The most desirable point; coded, (k,).
-    worth
-        Overall desirability there; 0 where no point meets all wishes.
+    desirability
+        Overall desirability there; 0 where no point meets all goals.
     test
         The specification there.
     """
@@ -89,7 +89,7 @@ class Desired:
     surfaces: tuple[Surface, ...]
     goals: tuple[Goal, ...]
     best: Array
-    worth: float
+    desirability: float
     test: BendingTest
 
     def of(self, points: Array) -> Array:
@@ -98,8 +98,8 @@ class Desired:
 
     def in_words(self) -> str:
         """Return the most desirable point, in a sentence."""
-        if self.worth == 0.0:
-            return "No point of the region meets all wishes: its desirability is 0 everywhere."
+        if self.desirability == 0.0:
+            return "No point of the region meets all goals: its desirability is 0 everywhere."
         at = self.space.natural(self.best)
         values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(self.space.names, at, strict=True))
         there = ", ".join(
@@ -107,21 +107,21 @@ class Desired:
             f"{response(s.response).unit}"
             for s in self.surfaces
         )
-        return f"Most desirable, {self.worth:.3g} of 1: {values}, with {there}."
+        return f"Most desirable, {self.desirability:.3g} of 1: {values}, with {there}."
 
     def numbers(self) -> dict[str, Any]:
         """Return the most desirable point."""
         best = self.space.natural(self.best)
         return {
             "natural": dict(zip(self.space.names, best, strict=True)),
-            "desirability": self.worth,
+            "desirability": self.desirability,
         }
 
 
 def overall(surfaces: Sequence[Surface], goals: Sequence[Goal], points: Array) -> Array:
     """Return the geometric mean of all desirabilities at coded points of shape (n, k)."""
-    worth = [g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)]
-    return np.asarray(np.prod(worth, axis=0) ** (1.0 / len(worth)))
+    desirability = [g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)]
+    return np.asarray(np.prod(desirability, axis=0) ** (1.0 / len(desirability)))
 
 
 def most_desirable(

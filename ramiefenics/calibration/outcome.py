@@ -1,4 +1,4 @@
-"""What came of a designed study: runs, surfaces, and what targets and wishes make of them."""
+"""What came of a designed study: runs, surfaces, and what targets and goals make of them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Calibration(Result):
     fit
         None if nothing was measured.
     desired
-        None if there are no wishes.
+        None if there are no goals.
     """
 
     study: Study
@@ -174,7 +174,7 @@ class Calibration(Result):
         if self.desired is not None and several:
             drawn["desirability"] = Picture(
                 partial(figures.desirability_figure, self, self.desired),
-                "How far all wishes are met together. Star: the most desirable point.",
+                "How far all goals are met together. Star: the most desirable point.",
             )
         for name in self.surfaces:
             drawn |= surface_figures.of_response(self, name)

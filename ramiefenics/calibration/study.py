@@ -32,7 +32,7 @@ STUDIES = Path(__file__).resolve().parent / "studies"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Response:
     """A response, and what was measured of it, if anything.
 
     Attributes
@@ -45,7 +45,7 @@ class Wanted:
         In their place, a folder of measured data beside the study: the mean of its specimens and
         the standard error of that mean.
     goal
-        A wish on it; all wishes of a study are weighed against each other.
+        A goal on it; all goals of a study are weighed against each other.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Study:
 
     baseline: str
     factors: tuple[Factor, ...]
-    responses: tuple[Wanted, ...]
+    responses: tuple[Response, ...]
     title: str = ""
     changes: tuple[str, ...] = ()
     mesh: str | None = None
@@ -205,7 +205,7 @@ class Study:
         return Targets(tuple(wanted.name for wanted in measured), values, covariance)
 
 
-def _observed(dataset: Dataset, wanted: list[Wanted]) -> Array:
+def _observed(dataset: Dataset, wanted: list[Response]) -> Array:
     """Return the responses of all specimens, shape (specimens, responses)."""
     number = len(dataset.specimens)
     if number <= len(wanted):

@@ -122,13 +122,15 @@ class Evidence:
         """Return the best fit with a signature, shape (n, m), or without any."""
         grid = all_scatters()
         g = np.zeros(self.residual.shape[:2]) if signature is None else signature
-        likelihoods, amplitudes, squares = self.likelihoods(grid, g[None], [limits], self.residual)
-        best = int(likelihoods[:, 0, 0].argmax())
+        log_likelihoods, amplitudes, squares = self.log_likelihoods(
+            grid, g[None], [limits], self.residual
+        )
+        best = int(log_likelihoods[:, 0, 0].argmax())
         error = float(squares[best, 0]) ** -0.5 if squares[best, 0] > 0.0 else 0.0
         amplitude = float(amplitudes[best, 0, 0])
-        return Fit(float(likelihoods[best, 0, 0]), amplitude, error, grid[best])
+        return Fit(float(log_likelihoods[best, 0, 0]), amplitude, error, grid[best])
 
-    def likelihoods(
+    def log_likelihoods(
         self,
         scatters: Sequence[Scatter],
         signatures: Array,
@@ -155,7 +157,7 @@ class Evidence:
         number = len(signatures)
         vectors = np.concatenate([signatures.transpose(1, 2, 0), residuals], axis=2)
         shape = (len(scatters), number, residuals.shape[2])
-        likelihoods, amplitudes = np.empty(shape), np.empty(shape)
+        log_likelihoods, amplitudes = np.empty(shape), np.empty(shape)
         squares = np.empty(shape[:2])
         low, high = np.array(limits, dtype=float).T[..., None]
         for length in {scatter.length for scatter in scatters}:
@@ -166,9 +168,9 @@ class Evidence:
                 square, product, rest, volume = products(scatter)
                 a = np.clip(product / np.maximum(square, 1e-300)[:, None], low, high)
                 fits = a * product - 0.5 * a**2 * square[:, None] - 0.5 * rest
-                likelihoods[index] = fits - volume
+                log_likelihoods[index] = fits - volume
                 amplitudes[index], squares[index] = a, square
-        return likelihoods, amplitudes, squares
+        return log_likelihoods, amplitudes, squares
 
     def _products(
         self, length: float, vectors: Array, number: int

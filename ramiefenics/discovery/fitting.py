@@ -18,7 +18,7 @@ from ramiefenics.specification import SpecificationError
 ROUNDS = 5
 """Most linearisations of a fit."""
 
-SETTLED, SETTLED_ERRORS = 0.1, 0.5
+STEADY, STEADY_ERRORS = 0.1, 0.5
 """Changes of log factors, and of an amplitude over its standard deviation, that need no further
 linearisation."""
 
@@ -99,7 +99,7 @@ class Fitter:
         for _ in range(ROUNDS - 1):
             evidence = self.evidence(curves)
             wanted = evidence.mean_log_factors(evidence.fit())
-            if np.abs(wanted - curves.model.log_factors).max() < SETTLED:
+            if np.abs(wanted - curves.model.log_factors).max() < STEADY:
                 break
             curves = self._move(curves.model, wanted, 0.0)
         evidence = self.evidence(curves)
@@ -116,8 +116,8 @@ class Fitter:
             fitted = self._with_effect(curves, effect)
             moves = np.abs(fitted.log_factors - curves.model.log_factors).max()
             change = abs(fitted.amplitude - curves.model.amplitude)
-            settled = moves < SETTLED and change < SETTLED_ERRORS * fitted.fit.error
-            if settled or fitted.amplitude == 0.0 or number == ROUNDS - 1:
+            steady = moves < STEADY and change < STEADY_ERRORS * fitted.fit.error
+            if steady or fitted.amplitude == 0.0 or number == ROUNDS - 1:
                 break
             curves = self._move(curves.model, fitted.log_factors, fitted.amplitude)
         return fitted

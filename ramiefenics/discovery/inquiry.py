@@ -20,7 +20,7 @@ from ramiefenics.discovery.verdict import (
     RIVAL,
     SIGNIFICANCE,
     Score,
-    chance,
+    bootstrap_p_value,
     gains_without_each,
     measure_gain,
     misfit_chance,
@@ -176,7 +176,7 @@ class _Inquiry:
         """Return the probability of the best suspect's gain without any effect."""
         if not signatures:
             return 1.0
-        return chance(
+        return bootstrap_p_value(
             baseline.evidence,
             baseline.fit,
             np.array(list(signatures.values())),

@@ -80,7 +80,7 @@ def smooth(specimens: int, points: int) -> Array:
     return np.broadcast_to(modes, (specimens, *modes.shape)).copy()
 
 
-def chance(
+def bootstrap_p_value(
     evidence: Evidence,
     fit: Fit,
     signatures: Array,
@@ -96,7 +96,7 @@ def chance(
     scatters = all_scatters(fit.scatter.length)
     draws = evidence.draw(fit.scatter, DRAWS, rng)
     tried = np.concatenate([np.zeros_like(signatures[:1]), signatures])
-    values, _, _ = evidence.likelihoods(scatters, tried, [(0.0, 0.0), *limits], draws)
+    values, _, _ = evidence.log_likelihoods(scatters, tried, [(0.0, 0.0), *limits], draws)
     nothing, *suspects = values.max(axis=0)
     gains = np.max(suspects, axis=0) - nothing
     return float((1 + (gains >= best_gain).sum()) / (1 + DRAWS))
@@ -120,7 +120,7 @@ def misfit_chance(narrow: Evidence, wide: Evidence, fit: Fit, rng: np.random.Gen
 
     def gains(residuals: Array) -> Array:
         both = [
-            e.likelihoods(scatters, nothing, [(0.0, 0.0)], residuals)[0].max(axis=0)[0]
+            e.log_likelihoods(scatters, nothing, [(0.0, 0.0)], residuals)[0].max(axis=0)[0]
             for e in (wide, narrow)
         ]
         return np.asarray(both[0] - both[1])

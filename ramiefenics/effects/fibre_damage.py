@@ -9,9 +9,9 @@ from ramiefenics.specification import BendingTest
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     layers = []
     for layer in test.stalk.layers:
-        closure = layer.material.closure
-        damaged = replace(closure, fibre_damage=closure.fibre_damage + amplitude)
-        layers.append(replace(layer, material=replace(layer.material, closure=damaged)))
+        large_strain = layer.material.large_strain
+        damaged = replace(large_strain, fibre_damage=large_strain.fibre_damage + amplitude)
+        layers.append(replace(layer, material=replace(layer.material, large_strain=damaged)))
     return replace(test, stalk=replace(test.stalk, layers=tuple(layers)))
 
 

@@ -21,7 +21,7 @@ MOST_REPAIRS = 20
 """Repairs that are listed; there may be more."""
 
 DRAWS = 100
-"""Arbitrary arrangements behind `Reconciliation.chance`."""
+"""Arbitrary arrangements behind `Reconciliation.p_value`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,7 +43,7 @@ class Reconciliation(Result):
         How many rows must change for a central composite design, whatever was published.
     before, after
         Fits of the printed design and of the first repair.
-    chance
+    p_value
         Share of arbitrary arrangements of the same responses whose coefficients and sums of
         squares, rounded like the published ones, as few changed rows would have reproduced
         too. A repair that is no accident has a small one.
@@ -57,7 +57,7 @@ class Reconciliation(Result):
     demanded: int
     before: Fit
     after: Fit
-    chance: float
+    p_value: float
 
     @property
     def unique(self) -> bool:
@@ -102,7 +102,7 @@ class Reconciliation(Result):
             else f"It is not unique: one of {more}{known} of as few rows that reproduce it all.",
             "Rows with equal responses may exchange places.",
             "Had the publication come from an arbitrary arrangement of the same responses, as few "
-            f"rows would have reproduced it in {round(self.chance * DRAWS)} of {DRAWS} cases.",
+            f"rows would have reproduced it in {round(self.p_value * DRAWS)} of {DRAWS} cases.",
             f"The model's matrix has rank {self.before.rank} of {len(self.before.terms)} as "
             f"printed, {self.after.rank} repaired; R2 is {self.before.r_squared:.4f} as printed, "
             f"{self.after.r_squared:.4f} repaired.",
@@ -121,7 +121,7 @@ class Reconciliation(Result):
             "demanded_rows": self.demanded,
             "repairs": len(self.repairs),
             "unique": self.unique,
-            "chance": self.chance,
+            "p_value": self.p_value,
             "r_squared_printed": self.before.r_squared,
             "r_squared_repaired": self.after.r_squared,
             "coefficients": {

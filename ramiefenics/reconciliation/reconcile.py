@@ -37,7 +37,7 @@ def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) ->
     publication
         Coefficients and sums of squares to reproduce, each to half a unit of its last digit.
     seed
-        Of the arbitrary arrangements behind `Reconciliation.chance`.
+        Of the arbitrary arrangements behind `Reconciliation.p_value`.
 
     Raises
     ------
@@ -65,9 +65,9 @@ def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) ->
         )
     after = fit(repairs[0], design.responses, publication.terms)
     changed = len(changed_rows(repairs[0], design))
-    chance = _chance(design, publication, repairs[0], changed, seed)
+    p_value = _p_value(design, publication, repairs[0], changed, seed)
     return Reconciliation(
-        design, publication, repairs, arrangements.demanded, before, after, chance
+        design, publication, repairs, arrangements.demanded, before, after, p_value
     )
 
 
@@ -115,7 +115,7 @@ def _reproducing(arrangements: Arrangements, most_rows: int) -> Iterator[NDArray
             yield points
 
 
-def _chance(
+def _p_value(
     design: PrintedDesign,
     publication: Publication,
     repaired: NDArray[np.float64],

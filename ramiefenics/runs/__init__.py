@@ -1,4 +1,4 @@
-"""Simulations in numbers: tasks on any executor, each result kept by content."""
+"""Simulations in numbers: tasks on any executor, results in a content-addressed store."""
 
 from ramiefenics.runs.executor import Done, Runs, Task, workers
 from ramiefenics.runs.simulation import KeptRun, SharedRuns, Simulation

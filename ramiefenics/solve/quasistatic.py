@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from ramiefenics.solve.driven import Driven, Observed
-from ramiefenics.solve.motion import DampedMotion
 from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.solve.path import Stretch, stretches
+from ramiefenics.solve.relaxation import DynamicRelaxation
 from ramiefenics.specification import Protocol, Stepping
 
 log = logging.getLogger(__name__)
@@ -137,7 +137,7 @@ class QuasiStatic(Generic[T]):
             settings.max_iterations,
             settings.linear_solver,
         )
-        self._motion: DampedMotion | None = None  # most structures never need it
+        self._motion: DynamicRelaxation | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
         self._rate = self._u.copy()  # change in the last step, per travel or in a hold per time
@@ -235,7 +235,7 @@ class QuasiStatic(Generic[T]):
         if not smooth:
             if not shortest:
                 return None
-            outcome = self._settle()
+            outcome = self._relax()
             if not outcome.converged:
                 before = self._stretch.travel_mm(at)
                 self.ending = Ending("not converged", _explain(before, travel, outcome))
@@ -266,14 +266,14 @@ class QuasiStatic(Generic[T]):
             log.info("no equilibrium: %s, residual %.2e N", outcome.reason, outcome.residual_N)
         return outcome
 
-    def _settle(self) -> NewtonOutcome:
+    def _relax(self) -> NewtonOutcome:
         """Let the structure move from its last accepted state to where it rests."""
         self._u[:] = self._last
         limit = UPDATE_LIMIT * self._settings.max_step_mm
         if self._motion is None:
-            self._motion = DampedMotion(self._problem, self.newton)
+            self._motion = DynamicRelaxation(self._problem, self.newton)
         log.info("no equilibrium nearby: the structure is let move")
-        outcome = self._motion.settle(self._tolerance_N, limit)
+        outcome = self._motion.relax(self._tolerance_N, limit)
         self.newton_iterations += outcome.iterations
         return outcome
 

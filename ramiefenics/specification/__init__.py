@@ -5,7 +5,7 @@ from ramiefenics.specification.errors import SpecificationError, SpecificationWa
 from ramiefenics.specification.files import override, read_test, write_test
 from ramiefenics.specification.fixture import Cylinder, Fixture, Friction
 from ramiefenics.specification.machine import Machine
-from ramiefenics.specification.material import Closure, Elastic, Material
+from ramiefenics.specification.material import Elastic, LargeStrain, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
 from ramiefenics.specification.numerics import ContactMethod, Explicit, Numerics, Stepping
 from ramiefenics.specification.protocol import Protocol, Target
@@ -14,13 +14,13 @@ from ramiefenics.specification.stalk import Layer, Stalk
 
 __all__ = [
     "BendingTest",
-    "Closure",
     "ContactMethod",
     "Cylinder",
     "Elastic",
     "Explicit",
     "Fixture",
     "Friction",
+    "LargeStrain",
     "Layer",
     "Machine",
     "Material",

@@ -20,7 +20,7 @@ G_PER_CM3 = 1e-9
 class Elastic:
     """Engineering constants of a material isotropic in the X-Y plane (Lekhnitskii 1963).
 
-    Index 3 is Z, along the stalk. Poisson numbers follow ``nu_ij / E_i = nu_ji / E_j``,
+    Index 3 is Z, along the stalk. Poisson's ratios follow ``nu_ij / E_i = nu_ji / E_j``,
     so `nu_XZ` is the small one.
 
     Attributes
@@ -28,7 +28,7 @@ class Elastic:
     E_X_MPa, E_Z_MPa
         Young's moduli across and along the fibres.
     nu_XY, nu_XZ
-        Poisson numbers.
+        Poisson's ratios.
     G_XZ_MPa
         Shear modulus along the fibres, G_XZ = G_YZ.
     G_XY_MPa
@@ -118,7 +118,7 @@ class Elastic:
 
 
 @dataclass(frozen=True)
-class Closure:
+class LargeStrain:
     """What the saturating-fibre law needs to know beyond the elastic constants.
 
     Nobody has measured these for ramie: quote peak forces with their range over them.
@@ -179,7 +179,7 @@ class Material:
     ----------
     elastic
         Constants at small strain.
-    closure
+    large_strain
         Constants at large strain.
     density_g_per_cm3
         Mass density; used by dynamics only.
@@ -188,14 +188,14 @@ class Material:
     """
 
     elastic: Elastic
-    closure: Closure = field(default_factory=Closure)
+    large_strain: LargeStrain = field(default_factory=LargeStrain)
     density_g_per_cm3: float = 1.0
     law_constants: dict[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Check the parts and the density; the law checks its own constants."""
         check_instance(self, "elastic", Elastic)
-        check_instance(self, "closure", Closure)
+        check_instance(self, "large_strain", LargeStrain)
         check_number(self, "density_g_per_cm3", above=0.0, unit="g/cm3")
         own = self.law_constants
         if not isinstance(own, Mapping):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ramiefenics.calibration.designs import DesignChoice
 from ramiefenics.calibration.factors import Factor
-from ramiefenics.calibration.study import Study, Wanted, read_named
+from ramiefenics.calibration.study import Response, Study, read_named
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_number, check_text
 
@@ -151,7 +151,9 @@ class ValidationStudy:
 
     def of(self, observation: Observation) -> Study:
         """Return the designed study of one observation, with its target."""
-        wanted = Wanted(self.response, observation.measured, observation.error, observation.dataset)
+        wanted = Response(
+            self.response, observation.measured, observation.error, observation.dataset
+        )
         return Study(
             observation.baseline,
             self.factors,

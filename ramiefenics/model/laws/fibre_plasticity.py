@@ -35,10 +35,10 @@ CONSTANTS = (
 
 
 def _parameters(material: Material) -> dict[str, float]:
-    damage = material.closure.fibre_damage
+    damage = material.large_strain.fibre_damage
     if damage != 0.0:
         raise SpecificationError(
-            "closure.fibre_damage", damage, "must be 0 for the law fibre_plasticity"
+            "large_strain.fibre_damage", damage, "must be 0 for the law fibre_plasticity"
         )
     p = SATURATING_FIBRE.parameters(material)
     rise = p["k"] / (p["k"] - p["h"])

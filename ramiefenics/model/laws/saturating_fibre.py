@@ -37,7 +37,7 @@ NO_FIBRES = 1e-9
 """Axial stiffness, over C33, below which a layer has no fibres, as an isotropic foam."""
 
 DAMAGE_STRAIN = 0.05
-"""Tensile strain to which `Closure.fibre_damage` refers."""
+"""Tensile strain to which `LargeStrain.fibre_damage` refers."""
 
 
 def _parameters(material: Material) -> dict[str, float]:
@@ -47,14 +47,17 @@ def _parameters(material: Material) -> dict[str, float]:
     axial = c33 - 2 * mu - c13
     ratio = (c13 - c12) / axial if axial > 0 else 0.0
     tangent = axial / (1 - ratio)
-    closure = material.closure
-    residual, strength = closure.fibre_residual_tangent * g_xz, closure.fibre_strength * g_xz
+    large_strain = material.large_strain
+    residual, strength = (
+        large_strain.fibre_residual_tangent * g_xz,
+        large_strain.fibre_strength * g_xz,
+    )
     if abs(axial) <= NO_FIBRES * c33:
         ratio, tangent, residual, strength = 0.0, NO_FIBRES * c33, 0.0, NO_FIBRES * c33
     if residual >= tangent:
         raise SpecificationError(
-            "closure.fibre_residual_tangent",
-            closure.fibre_residual_tangent,
+            "large_strain.fibre_residual_tangent",
+            large_strain.fibre_residual_tangent,
             f"must be below {tangent / g_xz:.4g} = k / G_XZ for the law saturating_fibre",
         )
     return {
@@ -64,10 +67,10 @@ def _parameters(material: Material) -> dict[str, float]:
         "k": tangent,
         "s_c": strength,
         "h": residual,
-        "c": ((1 - closure.fibre_damage) ** -0.5 - 1) / (tangent * DAMAGE_STRAIN**2 / 2),
-        "R": closure.shear_residual_tangent,
-        "gamma_Y": closure.shear_yield_strain,
-        "d": closure.densification,
+        "c": ((1 - large_strain.fibre_damage) ** -0.5 - 1) / (tangent * DAMAGE_STRAIN**2 / 2),
+        "R": large_strain.shear_residual_tangent,
+        "gamma_Y": large_strain.shear_yield_strain,
+        "d": large_strain.densification,
         "shear_XZ": g_xz - mu,
         "shear_XY": material.elastic.G_XY - mu,
     }

@@ -1,4 +1,4 @@
-"""Damped motion at a fixed position of the drive, from one equilibrium path to the next.
+"""Dynamic relaxation at a fixed position of the drive, from one equilibrium path to the next.
 
 Where a path turns back, no equilibrium is left nearby, and a real structure jumps. It is followed
 here by ``M a + R(u) = 0`` and the backward Euler method, whose steps grow as long as they are easy:
@@ -34,7 +34,7 @@ ENERGY_ERROR = 1e-3
 energy only up to what the mesh can resolve."""
 
 
-class DampedMotion:
+class DynamicRelaxation:
     """Lets a structure move until it rests.
 
     Parameters
@@ -54,7 +54,7 @@ class DampedMotion:
             u.duplicate() for _ in range(4)
         )
 
-    def settle(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
+    def relax(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
         """Move from rest until the residual without inertia meets the tolerance.
 
         Parameters
@@ -87,9 +87,9 @@ class DampedMotion:
                 time_step *= 2.0
             residual = self._newton.residual_norm()
             if residual <= tolerance_N:
-                return NewtonOutcome(True, iterations, residual, "settled")
+                return NewtonOutcome(True, iterations, residual, "at rest")
             self._problem.remember()  # friction follows the path of the motion
-        return NewtonOutcome(False, iterations, residual, "damped motion did not come to rest")
+        return NewtonOutcome(False, iterations, residual, "dynamic relaxation did not come to rest")
 
     def _energy(self, time_step: float) -> float:
         """Return stored and kinetic energy after a time step of the change in the work vector."""
