@@ -17,7 +17,7 @@ YIELD = "stalk.layers.phloem.material.law_constants.tensile_yield_strain"
 
 @pytest.fixture(scope="module")
 def yielding(coarse: BendingTest) -> BendingTest:
-    changes = ["law=fibre_plasticity", f"{YIELD}=0.01", "numerics.acoustic_check=false"]
+    changes = ["law=fibre_plasticity", f"{YIELD}=0.002", "numerics.acoustic_check=false"]
     return override(coarse, changes)
 
 
@@ -60,12 +60,12 @@ def test_derivatives_by_a_constant_of_the_law(yielding: BendingTest) -> None:
     test = override(yielding, ["numerics.stepping.relative_tolerance=1e-8"])
 
     def change(test: BendingTest, amount: float) -> BendingTest:
-        return override(test, [f"{YIELD}={0.01 + amount!r}"])
+        return override(test, [f"{YIELD}={0.002 + amount!r}"])
 
-    found = sensitivities(test, {"yield": Parameter(change, 1e-3)}, MPI.COMM_SELF)
+    found = sensitivities(test, {"yield": Parameter(change, 2e-4)}, MPI.COMM_SELF)
     assert found.by_differences == ()
-    low, high = (simulate(change(test, a), MPI.COMM_SELF).curve for a in (-1e-5, 1e-5))
-    expected = (high["force_N"] - low["force_N"]) / 2e-5
+    low, high = (simulate(change(test, a), MPI.COMM_SELF).curve for a in (-2e-6, 2e-6))
+    expected = (high["force_N"] - low["force_N"]) / 4e-6
     # points begin to yield on the way, where the force has a kink in its derivative
     error = np.abs(found.curve["yield"] - expected).max()
     assert error < 0.02 * np.abs(expected).max()
@@ -73,10 +73,11 @@ def test_derivatives_by_a_constant_of_the_law(yielding: BendingTest) -> None:
 
 @pytest.mark.slow
 def test_explicit_steps_account_for_what_the_material_dissipates(yielding: BendingTest) -> None:
-    result = simulate_explicitly(yielding, MPI.COMM_SELF)
+    short = ["protocol.travel_mm=1", "numerics.explicit.duration_s=0.02"]
+    result = simulate_explicitly(override(yielding, short), MPI.COMM_SELF)
     assert result.completed
     assert result.curve["dissipated_Nmm"].iloc[-1] > 0.0
-    assert result.energy_error < 0.03
+    assert result.energy_error < 0.05
 
 
 @pytest.mark.mpi
