@@ -18,8 +18,13 @@ WITHOUT_FIBRES = Material(
 )
 """As soft as the phloem is across, for the law that has one direction like the other."""
 
-MATERIALS = {law: {"xylem": XYLEM, "phloem": PHLOEM} for law in LAWS if law != "isotropic"} | {
-    "isotropic": {"matrix": WITHOUT_FIBRES}
+ELASTIC = sorted(name for name, law in LAWS.items() if law.memory is None)
+"""Laws that remember are elastic ones at rest, with an update whose tangent takes minutes to
+compile."""
+
+MATERIALS = {
+    name: {"matrix": WITHOUT_FIBRES} if name == "isotropic" else {"xylem": XYLEM, "phloem": PHLOEM}
+    for name in ELASTIC
 }
 """What every law is tested with, by layer."""
 
