@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -152,7 +153,12 @@ class BendingResult(Result):
             f"{'Force maximum' if peak.inside else 'Force still rising at the end,'} "
             f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
             f"{first:.2f} to {last:.2f} mm; slope {self.slope_N_per_mm:.2f} N/mm.",
-            f"Error of the maximum: {peak.step_error_N:.2g} N by the steps, "
+            "Error of the maximum: "
+            + (
+                "unknown by the steps, which are too few, "
+                if math.isnan(peak.step_error_N)
+                else f"{peak.step_error_N:.2g} N by the steps, "
+            )
             + (
                 "unknown by the mesh, which is no recipe's (see ramiefenics converge)."
                 if mesh is None
