@@ -64,7 +64,7 @@ def test_section_flattens_and_widens_under_the_indenter(bent: BendingResult) -> 
 
 
 @pytest.mark.parametrize("domain", ["half", "full"])
-@pytest.mark.parametrize("friction", [0.12, 0.0])
+@pytest.mark.parametrize("friction", [0.12, pytest.param(0.0, marks=pytest.mark.slow)])
 def test_half_and_full_model_give_the_quarter_models_force(
     coarse: BendingTest, domain: str, friction: float
 ) -> None:

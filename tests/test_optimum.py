@@ -213,6 +213,7 @@ def test_a_parameter_without_effect_is_not_determined_and_one_side_may_be_open()
     assert second.rise == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_profile_intervals_cover_the_truth_as_often_as_they_say() -> None:
     def curved(points: np.ndarray) -> np.ndarray:
         return 2.0 * points[:, 0] + 0.5 * points[:, 0] * points[:, 1] + 0.3 * points[:, 1] ** 2

@@ -47,6 +47,7 @@ def test_constants_coordinates_and_fixture(short: BendingTest) -> None:
         assert error < 1e-4 * np.abs(expected).max(), key
 
 
+@pytest.mark.slow
 def test_other_topology_falls_back_to_differences(short: BendingTest) -> None:
     """Two elements more, as if an amount decided on them: what they change is the derivative."""
 
