@@ -221,7 +221,7 @@ class BendingResult(Result):
         drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
         if self.snapshots:
             drawn["section"] = Picture(
-                lambda: section_figure(self), "Midspan section, over the undeformed one."
+                lambda: section_figure(self), "Section under the indenter, over the undeformed one."
             )
             drawn["deformed"] = Picture(lambda: deformed_picture(self), "The bent stalk.")
         return drawn
