@@ -48,7 +48,11 @@ def _residuals(axes: Axes, at_mm: Array, residuals: Array, nuisance: Array) -> N
 
 def suspects_figure(found: Discovery) -> Figure:
     """Draw how much more probable every suspect makes the data."""
-    gains = {n: s.gain for n, s in found.scores.items() if s.gain is not None}
+    gains = {
+        n: s.log_likelihood_ratio
+        for n, s in found.scores.items()
+        if s.log_likelihood_ratio is not None
+    }
     names = sorted(gains, key=lambda name: gains[name])
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 0.9 + 0.35 * max(len(names), 2)), layout="constrained")

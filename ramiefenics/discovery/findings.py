@@ -61,7 +61,7 @@ def with_space(unit: str) -> str:
 
 
 def _nothing(found: Discovery, p: str) -> str:
-    alone = [n for n, s in found.scores.items() if s.gain is not None and s.reason]
+    alone = [n for n, s in found.scores.items() if s.log_likelihood_ratio is not None and s.reason]
     but = f", though {', '.join(alone)} would explain a single specimen" if alone else ""
     names = ", ".join(found.factor_moves)
     return (

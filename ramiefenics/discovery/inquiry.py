@@ -148,7 +148,7 @@ class _Inquiry:
         scores: dict[str, Score],
     ) -> dict[str, Fitted]:
         """Fit the best suspects in full: far from the baseline its derivatives tell little."""
-        gains = {name: scores[name].gain or 0.0 for name in signatures}
+        gains = {name: scores[name].log_likelihood_ratio or 0.0 for name in signatures}
         order = sorted(gains, key=lambda name: -gains[name])
         fits = {}
         for name in order[:CONTENDERS]:
@@ -181,7 +181,7 @@ class _Inquiry:
             baseline.fit,
             np.array(list(signatures.values())),
             [self._effects[name].bounds for name in signatures],
-            max(scores[name].gain or 0.0 for name in signatures),
+            max(scores[name].log_likelihood_ratio or 0.0 for name in signatures),
             self._rng,
         )
 
@@ -197,7 +197,7 @@ class _Inquiry:
             )
             if gains.min() >= RIVAL:
                 steady[name] = fitted
-            elif (scores[name].gain or 0.0) >= RIVAL:
+            elif (scores[name].log_likelihood_ratio or 0.0) >= RIVAL:
                 who = self._dataset.specimens[int(gains.argmin())].name
                 reason = f"rests on {who}: without it the gain is {gains.min():.1f}"
                 scores[name] = dataclasses.replace(scores[name], reason=reason)
@@ -211,7 +211,7 @@ class _Inquiry:
         scores: dict[str, Score],
     ) -> Discovery:
         """Decide between the contenders."""
-        gains = {name: scores[name].gain or 0.0 for name in fits}
+        gains = {name: scores[name].log_likelihood_ratio or 0.0 for name in fits}
         best = max(gains, key=lambda name: gains[name])
         found, others = fits[best], rivals(gains, best)
         left = self._misfit(found)

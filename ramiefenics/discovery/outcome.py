@@ -155,15 +155,20 @@ class Discovery(Result):
     def overview(self) -> pd.DataFrame:
         """Return the suspects, the most probable first."""
         rows = []
-        gains = {n: -math.inf if s.gain is None else s.gain for n, s in self.scores.items()}
+        gains = {
+            n: -math.inf if s.log_likelihood_ratio is None else s.log_likelihood_ratio
+            for n, s in self.scores.items()
+        }
         for name in sorted(gains, key=lambda key: -gains[key]):
             score, unit = self.scores[name], with_space(self.effects[name].unit)
             size = f"{score.amplitude:.3g} ± {score.error:.2g}{unit}"
             rows.append(
                 {
                     "suspect": name,
-                    "log-likelihood gained": "" if score.gain is None else f"{score.gain:.1f}",
-                    "amplitude": "not tested" if score.gain is None else size,
+                    "log-likelihood gained": ""
+                    if score.log_likelihood_ratio is None
+                    else f"{score.log_likelihood_ratio:.1f}",
+                    "amplitude": "not tested" if score.log_likelihood_ratio is None else size,
                     "but": score.reason,
                 }
             )

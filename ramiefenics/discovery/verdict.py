@@ -37,15 +37,15 @@ class Score:
 
     Attributes
     ----------
-    gain
-        Log-likelihood over that of the baseline; None if it cannot be tested.
+    log_likelihood_ratio
+        Its log-likelihood less that of the baseline; None if it cannot be tested.
     amplitude, error
         Best value and its standard deviation.
     reason
         Why it cannot be tested, or is not believed; else empty.
     """
 
-    gain: float | None
+    log_likelihood_ratio: float | None
     amplitude: float = 0.0
     error: float = 0.0
     reason: str = ""
