@@ -97,8 +97,8 @@ swinging between its cylinders. Its maximum is that of a ripple: too large, and 
 only the speed decides. When the test is as short as a period or two, one ripple is all there is of
 it: a high maximum with a drop after it, neither of them the stalk's. Where the kinetic energy is 5
 % of the stored, the errors are smaller than that. Scaled masses give what the duration over the
-root of the mass factor gives, at the same cost. What is left in the slowest test is largest at the
-very end of the travel, where the mean is one-sided.
+root of the mass factor gives, at the same cost. Ripples fade in the course of a test, by the
+drag; its end is nearer to the quasi-static curve than its beginning.
 
 """
 MESHES = """## Other meshes
