@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 import ramiefenics as rf
+from ramiefenics.calibration import posterior
 from ramiefenics.calibration.designs import central_composite
 from ramiefenics.calibration.desirability import Goal, most_desirable, overall
 from ramiefenics.calibration.factors import Factor, Space
@@ -246,8 +247,13 @@ def test_posterior_is_the_normal_one_of_a_linear_model() -> None:
     assert found.samples.mean(axis=0) == pytest.approx(truth, abs=0.01)
     assert np.cov(found.samples.T) == pytest.approx(covariance, rel=0.1)
     assert found.contraction == pytest.approx(1.0 - np.diag(covariance) / (1.0 / 3.0), abs=0.02)
-    again = draw_posterior(misfit)
-    assert np.array_equal(again.samples, found.samples)
+
+
+def test_posterior_draws_are_the_same_every_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(posterior, "STEPS", 1000)
+    misfit = misfit_of([plane(2.0, 1.0)], [0.2], (0.1,))
+    once, again = draw_posterior(misfit), draw_posterior(misfit)
+    assert np.array_equal(again.samples, once.samples)
 
 
 def test_posterior_without_information_is_the_prior() -> None:
