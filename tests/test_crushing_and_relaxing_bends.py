@@ -10,6 +10,7 @@ import pytest
 from mpi4py import MPI
 
 from ramiefenics import BendingResult, BendingTest, override, simulate
+from ramiefenics.solve.fields import to_grid
 
 pytestmark = pytest.mark.slow
 
@@ -90,13 +91,7 @@ def test_fields_have_where_it_is_crushed_and_how_much_that_took(crushed: Bending
     near = (middles[:, 2] < 15.0) | (np.abs(middles[:, 2] - 50.0) < 15.0)
     assert area[near].max() > 0.1
     assert area[~near].max() < 0.1 * area.max()
-    import pyvista as pv
-
-    from ramiefenics.solve.fields import to_grid
-
-    grid = to_grid(body)
-    assert isinstance(grid, pv.UnstructuredGrid)
-    volumes = grid.compute_cell_sizes().cell_data["Volume"]
+    volumes = to_grid(body).compute_cell_sizes().cell_data["Volume"]
     whole = 4.0 * float(np.sum(volumes * fields["dissipated_Nmm_per_mm3"]))
     # the middle's value for the mean over a cell
     assert whole == pytest.approx(crushed.curve["dissipated_Nmm"].iloc[-1], rel=0.05)
@@ -157,5 +152,6 @@ def test_in_a_hold_it_relaxes_from_the_elastic_force_to_what_is_left(
     elapsed = hold["time_s"].to_numpy() - hold["time_s"].iloc[0]
     left = (force - force[-1]) / (force[0] - force[-1])
     assert left == pytest.approx(np.exp(-elapsed / TIME_S), abs=0.03)
-    assert curve["force_N"].iloc[-1] < 0.2 * force_N(relaxed, 1.0) + 0.1
+    # unloaded faster than it recovers, it has come off where an elastic one still presses
+    assert curve["force_N"].iloc[-1] < 0.1 * force_N(relaxed, 1.0)
     assert curve["dissipated_Nmm"].iloc[-1] > 0.2 * curve["indenter_work_Nmm"].max()
