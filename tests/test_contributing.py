@@ -58,8 +58,10 @@ def test_a_format_of_the_users_own_file(code: str, page: str, raw: Path, tmp_pat
     (tmp_path / "ramiefenics").symlink_to(ROOT / "ramiefenics")
     (line,) = re.findall(r"^    ramiefenics (import .*)$", page, re.MULTILINE)
     run(tmp_path, line.replace("RAW...", raw.name).split())
-    (specimen,) = rf.read_dataset(tmp_path / "my_stalks").specimens
-    check(specimen.curve)
+    dataset = rf.read_dataset(tmp_path / "my_stalks")
+    check(dataset.specimens[0].curve)
+    assert dataset.layout.format == "press.py"
+    assert (tmp_path / "my_stalks/press.py").read_text() == code
 
 
 def test_a_format_of_the_package_is_one_file_and_one_line(

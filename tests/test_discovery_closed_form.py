@@ -74,7 +74,11 @@ def discover(folder: Path, secret: Secret, seed: int, scale: float = 1.0) -> rf.
 def test_a_load_cell_that_reads_high_is_no_gradient(tmp_path: Path) -> None:
     found = discover(tmp_path / "data", Secret(None), 3, scale=1.15)
     assert found.causes == ()
+    own = tmp_path / "own.py"
+    own.write_text("a file of suspects")
+    found = replace(found, effects={GRADIENT.name: replace(GRADIENT, file=own)})
     rf.write_folder(found, tmp_path / "found")
+    assert (tmp_path / "found/own.py").read_text() == "a file of suspects"
     verdict, _ = check_folder(tmp_path / "found", "verdict.json")
     check_print(found, f"p = {found.misfit_p_value:.2g}")
     far = [name for name, move in verdict["log_factors_over_sd"].items() if abs(move) > 2.0]

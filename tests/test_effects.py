@@ -169,6 +169,7 @@ def test_a_file_of_the_user_defines_effects(tmp_path, stalk):
     (tmp_path / "own.py").write_text(OWN)
     found = load_effects(tmp_path / "own.py")
     assert list(found) == ["blunt"]
+    assert found["blunt"].file == tmp_path / "own.py"
     assert found["blunt"].apply(stalk, 2.0).fixture.indenter_radius_mm == 7.0
 
 

@@ -10,6 +10,7 @@ from ramiefenics import BendingTest, Parameter, override, sensitivities, simulat
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
 from ramiefenics.solve.explicit import simulate_explicitly
+from ramiefenics.solve.explicit_figures import explicit_figure
 from ramiefenics.solve.quasistatic import QuasiStatic
 
 YIELD = "stalk.layers.phloem.material.law_constants.tensile_yield_strain"
@@ -78,6 +79,8 @@ def test_explicit_steps_account_for_what_the_material_dissipates(yielding: Bendi
     assert result.completed
     assert result.curve["dissipated_Nmm"].iloc[-1] > 0.0
     assert result.energy_error < 0.05
+    _, energies = explicit_figure(result).axes
+    assert "dissipated by the material" in energies.get_legend_handles_labels()[1]
 
 
 @pytest.mark.mpi
@@ -89,3 +92,10 @@ def test_ranks_agree(yielding: BendingTest) -> None:
         one, two = alone.curve[column].to_numpy(), together.curve[column].to_numpy()
         assert np.abs(one).max() > 0.0
         assert np.abs(one - two).max() <= 1e-7 * np.abs(one).max(), column
+    if MPI.COMM_WORLD.rank == 0:
+        first, second = (
+            np.sort(result.snapshots[-1].body.cell_data["plastic_strain"])
+            for result in (alone, together)
+        )
+        assert first[-1] > 0.0
+        assert np.abs(first - second).max() <= 1e-6 * first[-1]

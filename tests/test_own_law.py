@@ -6,13 +6,20 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
-from mpi4py import MPI
 
-from ramiefenics import BendingTest, SpecificationError, override, read_test, simulate, write_test
+from ramiefenics import (
+    BendingTest,
+    SpecificationError,
+    override,
+    read_test,
+    write_test,
+)
 from ramiefenics.cli import main
 from ramiefenics.model.laws import check_law, law_content, law_named
 from ramiefenics.runs import Simulation
+from ramiefenics.specification.files import archive_test
 from ramiefenics.verification.point import Point
 
 PAGE = Path(__file__).parents[1] / "CONTRIBUTING.md"
@@ -93,6 +100,32 @@ def test_kept_runs_depend_on_the_content_of_the_file(own: BendingTest, file: Pat
     assert law_content("svk") == "svk"
 
 
+def test_a_relative_path_is_seen_from_the_folder_of_the_specification(
+    own: BendingTest, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "deep").mkdir()
+    write_test(override(own, [f"law={file.name}"]), tmp_path / "deep" / "test.toml")
+    assert 'law = "../mine.py"' in (tmp_path / "deep" / "test.toml").read_text()
+    monkeypatch.chdir("/")
+    assert Path(read_test(tmp_path / "deep" / "test.toml").law).samefile(file)
+
+
+def test_it_goes_with_the_specification_of_a_result(
+    own: BendingTest, file: Path, tmp_path: Path
+) -> None:
+    text = file.read_text()
+    folder = tmp_path / "out"
+    folder.mkdir()
+    archive_test(own, folder / "specification.toml")
+    file.unlink()
+    moved = folder.rename(tmp_path / "elsewhere")
+    assert (moved / "mine.py").read_text() == text
+    kept = read_test(moved / "specification.toml")
+    assert kept == override(own, [f"law={moved / 'mine.py'}"])
+    check_law(kept)
+
+
 @pytest.mark.slow
 def test_it_bends_a_stalk_from_the_command_line(
     own: BendingTest, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -101,10 +134,17 @@ def test_it_bends_a_stalk_from_the_command_line(
     own = override(own, ["protocol.travel_mm=1.5", *soon])
     write_test(override(own, ["law=svk"]), tmp_path / "test.toml")
     out = tmp_path / "out"
-    command = ["ramiefenics", "bend", tmp_path / "test.toml", "--law", file, "--out", out]
-    monkeypatch.setattr("sys.argv", list(map(str, command)))
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert not stop.value.code
-    curve = simulate(own, MPI.COMM_SELF).curve
+    again = tmp_path / "again"
+    for words in (
+        [tmp_path / "test.toml", "--law", file, "--out", out],
+        [out / "specification.toml", "--out", again],
+    ):
+        monkeypatch.setattr("sys.argv", ["ramiefenics", "bend", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        assert not stop.value.code
+        file.unlink(missing_ok=True)
+    curve = pd.read_csv(out / "curve.csv")
     assert curve["dissipated_Nmm"].iloc[-1] > 0.0
+    assert (again / "curve.csv").read_bytes() == (out / "curve.csv").read_bytes()
+    assert (again / "mine.py").read_bytes() == (out / "mine.py").read_bytes()

@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 import ramiefenics as rf
-from ramiefenics.solve.path import stretches
+from ramiefenics.solve.path import segments
 
 SMOOTH = ("fixture.friction.static=0", "fixture.friction.dynamic=0")
 
@@ -41,7 +41,7 @@ def test_impossible_targets_get_one_sentence(
 
 def test_fields_are_saved_at_multiples_in_both_directions(coarse: rf.BendingTest) -> None:
     test = rf.override(coarse, ["protocol.then=[{to_mm=0.5}]"])
-    _, back = stretches(test.protocol, test.numerics.stepping)
+    _, back = segments(test.protocol, test.numerics.stepping)
     at, travels = 0.0, []
     while at < back.length:
         at = back.next_stop(at)

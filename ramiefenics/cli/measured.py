@@ -55,7 +55,7 @@ def import_command(
         options.pop("speed_mm_per_min", None)  # for the record only
     check_new(claim(out, MPI.COMM_SELF))
     curves = read_raw(raw, format, **options)
-    write_dataset(curves, out, baseline, speed)
+    write_dataset(curves, out, baseline, speed, format)
     for told in (note for curve in curves.values() for note in curve.notes):
         typer.echo(f"note: {told}")
     typer.echo(f"{len(curves)} curves in {out}; see {out / 'dataset.toml'} for what to add")

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -244,6 +245,10 @@ class Discovery(Result):
                 partial(figures.left_out_figure, self), "Each specimen predicted from all others."
             ),
         }
+
+    def user_files(self) -> list[Path]:
+        """Return the files of the suspects that are the user's own."""
+        return sorted({effect.file for effect in self.effects.values() if effect.file is not None})
 
     def specifications(self) -> dict[str, BendingTest]:
         """Return the fitted baseline, and that with the cause if one is named."""

@@ -43,6 +43,8 @@ class Effect:
         an age), so it is put at the mean of a data set's specimens, and `apply` is given that mean:
         otherwise the effect would also change all specimens alike, as an error of the load cell
         does. A quantity whose zero has a meaning (a distance from midspan) is no covariate.
+    file
+        Of the user's own that defines it, as `load_effects` notes; None of a shipped one.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Effect:
     typical: float
     apply: Callable[..., BendingTest]
     covariates: Mapping[str, str] = field(default_factory=dict)
+    file: Path | None = None
 
     def __post_init__(self) -> None:
         """Check name and amplitudes."""
@@ -95,4 +98,5 @@ class Effect:
 
 def load_effects(path: str | Path) -> dict[str, Effect]:
     """Run a Python file, and return the effects that it defines, by name; see `load_objects`."""
-    return {effect.name: effect for effect in load_objects(path, Effect, "effects")}
+    found = load_objects(path, Effect, "effects")
+    return {effect.name: replace(effect, file=Path(path)) for effect in found}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,8 +16,8 @@ from ramiefenics.specification import (
     SpecificationError,
     published_test,
     read_test,
-    write_test,
 )
+from ramiefenics.specification.files import archive_test
 
 CURVES = "curves"
 """Folder of the curves."""
@@ -52,6 +53,7 @@ def write_dataset(
     folder: str | Path,
     baseline: str,
     speed_mm_per_min: float | None = None,
+    format: str | Path | None = None,
 ) -> Path:
     """Write ``dataset.toml``, ``specimens.csv`` and a file per curve, as `read_dataset` reads them.
 
@@ -65,6 +67,8 @@ def write_dataset(
         What stands for the specimens: a TOML file, which is copied, or a published test of ramie.
     speed_mm_per_min
         Of the crosshead, for the record.
+    format
+        Of the raw files, as for `read_raw`, for the record; a Python file is copied.
 
     Raises
     ------
@@ -78,6 +82,8 @@ def write_dataset(
     layout: dict[str, object] = {"baseline": "baseline.toml" if own else baseline}
     if speed_mm_per_min is not None:
         layout["speed_mm_per_min"] = speed_mm_per_min
+    if format is not None:
+        layout["format"] = Path(format).name
     layout["fixture"] = {"span_mm": test.fixture.span_mm}
     rows = [
         {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
@@ -85,7 +91,9 @@ def write_dataset(
     ]
     with draft(folder, replace=False) as made:
         if own:
-            write_test(test, made / "baseline.toml")
+            archive_test(test, made / "baseline.toml")
+        if str(format).endswith(".py"):
+            shutil.copy(str(format), made)
         (made / "dataset.toml").write_text(HEAD + tomli_w.dumps(layout), encoding="utf-8")
         table = pd.DataFrame(rows)
         order = [*(name for name in table.columns if name != "curve"), "curve"]

@@ -75,6 +75,8 @@ class Layout:
         Changes of the baseline's fixture: ``span_mm``, ``indenter_radius_mm``, ...
     speed_mm_per_min
         Of the crosshead; for the record.
+    format
+        Of the raw files that the curves were read from; for the record.
     columns, units
         How to read the tables.
     seating
@@ -100,6 +102,7 @@ class Layout:
     title: str = ""
     fixture: dict[str, Any] = field(default_factory=dict)
     speed_mm_per_min: float | None = None
+    format: str = ""
     columns: Columns = field(default_factory=Columns)
     units: Units = field(default_factory=Units)
     seating: Seating = field(default_factory=Seating)

@@ -121,7 +121,7 @@ class BendingProblem:
 
     def forces(self, sums: tuple[ContactSums, ...]) -> tuple[float, float]:
         """Return what moving obstacles press and fixed ones bear, N, of the whole stalk."""
-        pressed = -sum(s.force_y_N for s in sums if s.cylinder.moves)
+        pressed = 0.0 - sum(s.force_y_N for s in sums if s.cylinder.moves)  # no negative zero
         borne = sum(s.force_y_N for s in sums if not s.cylinder.moves)
         return pressed * self.factor, borne * self.factor
 

@@ -12,6 +12,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
+from numpy.typing import NDArray
 
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws.base import Expr
@@ -48,7 +49,7 @@ class MaterialMemory:
         element = basix.ufl.element("Lagrange", cell, order, shape=(self._size,), **options)
         self._function = fem.Function(fem.functionspace(mesh, element), name="memory")
         self._numbers[:] = np.concatenate([value.ravel() for value in values.values()])
-        self._points = nodes.basix_element.points
+        self._nodes = nodes.basix_element
         index_map = mesh.topology.index_map(mesh.topology.dim)
         self._cells = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
         self.last: dict[str, Expr] = {}
@@ -76,10 +77,41 @@ class MaterialMemory:
             for name, last in self.last.items()
             for index in np.ndindex(last.ufl_shape)
         ]
-        return compile_expression(ufl.as_vector(numbers), self._points)
+        return compile_expression(ufl.as_vector(numbers), self._nodes.points)
 
     def remember(self, variables: fem.Expression) -> None:
         """Let every point remember new values, which may depend on the old ones."""
         mesh = self._function.function_space.mesh
         values = variables.eval(mesh, self._cells).reshape(-1, self._size)
         self._numbers[self._function.function_space.dofmap.list[self._cells].ravel()] = values
+
+    def interpolate(
+        self, variables: fem.Expression, points: NDArray[np.float64], cells: NDArray[np.int32]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return new values, not remembered yet, between the quadrature points.
+
+        Parameters
+        ----------
+        variables
+            From `compile`.
+        points
+            In reference coordinates, shape (n, 3).
+        cells
+            Local cells.
+
+        Returns
+        -------
+        dict
+            By name, shape (cells, n, ...) with the variable's own shape in the end.
+        """
+        mesh = self._function.function_space.mesh
+        values = variables.eval(mesh, cells).reshape(len(cells), -1, self._size)
+        shares = self._nodes.tabulate(0, points)[0, :, :, 0]
+        between, first = np.einsum("pn,cns->cps", shares, values), 0
+        found = {}
+        for name, last in self.last.items():
+            size = math.prod(last.ufl_shape)
+            part = between[:, :, first : first + size]
+            found[name] = part.reshape(len(cells), len(points), *last.ufl_shape)
+            first += size
+        return found

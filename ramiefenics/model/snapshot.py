@@ -53,7 +53,9 @@ class Snapshot:
         Hexahedra with ``layer`` (1 for the innermost); at their middles ``von_mises`` and
         ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
         ``axial_stretch``; ``min_volume_ratio``, ``min_principal_stretch`` and
-        ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`.
+        ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`; if the
+        law remembers, its internal variables at the cells' middles, the components of a tensor row
+        by row, and ``dissipated_Nmm_per_mm3``.
     contact
         The part of the outer surface that a cylinder may touch: facets with what
         `ContactSurface.evaluate` returns.
@@ -123,6 +125,10 @@ class Camera:
             "min_principal_stretch": np.repeat(material.principal_stretch.min(axis=1), pieces),
             "min_acoustic_MPa": np.repeat(material.acoustic_MPa.min(axis=1), pieces),
         }
+        remembered = solid.internal_variables(self._middles, self._cells)
+        for name, value in remembered.items():
+            components = value.reshape(len(self._cells) * pieces, -1)
+            fields[name] = components[:, 0] if components.shape[1] == 1 else components
         body = self._gather(self._corners, fields)
         contact = self._gather(self._surface.corners, self._surface.evaluate())
         if body is None or contact is None:

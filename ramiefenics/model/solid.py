@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
+from numpy.typing import NDArray
 
 from ramiefenics.model.compat import geometry_order
 from ramiefenics.model.laws import law_named
@@ -155,6 +157,30 @@ class Solid:
         if self._memory is not None:
             self._memory.remember(self._now)
         self.duration.value = 0.0
+
+    def internal_variables(
+        self, points: NDArray[np.float64], cells: NDArray[np.int32]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return what the material remembers of the current state, by name with unit.
+
+        Parameters
+        ----------
+        points
+            In reference coordinates, shape (n, 3).
+        cells
+            Local cells.
+
+        Returns
+        -------
+        dict
+            The law's internal variables and the dissipation so far, each of shape (cells, n, ...);
+            empty if the law remembers nothing.
+        """
+        if self._memory is None or self.law.memory is None:
+            return {}
+        units = {**self.law.memory.units, DISSIPATED: "Nmm_per_mm3"}
+        values = self._memory.interpolate(self._now, points, cells)
+        return {f"{n}_{units[n]}" if n in units else n: value for n, value in values.items()}
 
     def cauchy(self) -> Expr:
         """Return the Cauchy stress, MPa, UFL shape (3, 3)."""

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 from ramiefenics.results.draft import draft
 from ramiefenics.results.page import page
 from ramiefenics.results.result import Result
-from ramiefenics.specification import write_test
+from ramiefenics.specification.files import archive_test
 
 
 def write_folder(found: Result, folder: str | Path) -> Path:
     """Write tables, figures, specifications, summary and page of a result.
 
     They are CSV, PNG and TOML files by name, a JSON file with all that is needed to repeat it, and
-    ``report.html``, which needs no other file. They take the place of an earlier result in that
-    folder, all at once.
+    ``report.html``, which needs no other file; besides, the Python files of the user's own that it
+    was made with. They take the place of an earlier result in that folder, all at once.
 
     Parameters
     ----------
@@ -38,7 +39,9 @@ def write_folder(found: Result, folder: str | Path) -> Path:
             digits = f"%.{table.digits}g"
             table.data.to_csv(place / f"{name}.csv", index=False, float_format=digits)
         for name, test in found.specifications().items():
-            write_test(test, place / f"{name}.toml")
+            archive_test(test, place / f"{name}.toml")
+        for path in found.user_files():
+            shutil.copy(path, place)
         pictures = {name: picture.png() for name, picture in found.figures().items()}
         for name, content in pictures.items():
             (place / f"{name}.png").write_bytes(content)

@@ -117,6 +117,10 @@ class Result(ABC):
         """Return specifications to go on with, by the name of their file."""
         return {}
 
+    def user_files(self) -> list[Path]:
+        """Return Python files of the user's own that it depends on, but for those of laws."""
+        return []
+
     def write_more(self, folder: Path) -> None:  # noqa: B027  most have nothing more
         """Write what else belongs into the folder of the results."""
 

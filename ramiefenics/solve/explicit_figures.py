@@ -6,7 +6,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, SKY, STYLE, VERMILION
+from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILION
 from ramiefenics.solve.explicit_result import QUASI_STATIC, ExplicitResult
 
 ENERGIES = {
@@ -15,6 +15,7 @@ ENERGIES = {
     "friction_work_Nmm": ("friction", GREEN, "-"),
     "kinetic_energy_Nmm": ("kinetic", VERMILION, "-"),
     "damping_work_Nmm": ("damping", ORANGE, "-"),
+    "dissipated_Nmm": ("dissipated by the material", PURPLE, "-"),
 }
 SHOWN = 1e-5
 """Smallest energy that is drawn, over the largest."""
@@ -53,7 +54,8 @@ def _draw_energies(axes: Axes, result: ExplicitResult) -> None:
     curve = result.curve.iloc[1:]  # at rest there is none
     travel, stored = curve["displacement_mm"], curve["stored_energy_Nmm"]
     for name, (label, colour, line) in ENERGIES.items():
-        axes.plot(travel, curve[name], color=colour, ls=line, lw=1.5, label=label)
+        if name != "dissipated_Nmm" or curve[name].any():  # most laws are elastic
+            axes.plot(travel, curve[name], color=colour, ls=line, lw=1.5, label=label)
     limit = QUASI_STATIC * stored
     label = f"{100 * QUASI_STATIC:g} % of the stored energy"
     axes.plot(travel, limit, color=GREY, ls=":", lw=1.0, label=label)

@@ -14,7 +14,7 @@ FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
 
 
 @dataclass(frozen=True)
-class Stretch:
+class PathSegment:
     """A leg of the path along one coordinate: the way gone since its start, or in a hold the time.
 
     Attributes
@@ -76,7 +76,7 @@ class Stretch:
         return self.direction * (stop - self.leg.from_mm)
 
 
-def stretches(protocol: Protocol, settings: Stepping) -> Iterator[Stretch]:
+def segments(protocol: Protocol, settings: Stepping) -> Iterator[PathSegment]:
     """Yield the legs of a path with what the stepper needs to know of each."""
     start_s, legs = 0.0, protocol.legs
     for number, leg in enumerate(legs):
@@ -85,7 +85,7 @@ def stretches(protocol: Protocol, settings: Stepping) -> Iterator[Stretch]:
         if leg.from_mm == leg.to_mm:
             shares = FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE
             first, shortest, longest = (share * leg.duration_s for share in shares)
-        yield Stretch(
+        yield PathSegment(
             leg,
             start_s,
             protocol.save_every_mm,

@@ -37,7 +37,7 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
         scalar_bar_args={
             "title": "Axial stress (MPa)",
             "color": "black",
-            "fmt": "%.0f",
+            "fmt": "%.3g",
             "n_labels": 5,
             "width": 0.4,
             "position_x": 0.3,

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 
 from ramiefenics.solve.driven import Driven, Observed
 from ramiefenics.solve.newton import Newton, NewtonOutcome
-from ramiefenics.solve.path import Stretch, stretches
+from ramiefenics.solve.path import PathSegment, segments
 from ramiefenics.solve.relaxation import DynamicRelaxation
 from ramiefenics.specification import Protocol, Stepping
 
@@ -144,7 +144,7 @@ class QuasiStatic(Generic[T]):
         self._measured: T = observe()
         self._slope = self._last_length = 0.0
         self._largest_N = self._work_Nmm = 0.0  # so far; in the last step that was none of a hold
-        self._stretch: Stretch  # where the drive is
+        self._segment: PathSegment  # where the drive is
         self.newton_iterations = 0
         self.cut_backs = 0
         self.ending: Ending | None = None
@@ -155,37 +155,37 @@ class QuasiStatic(Generic[T]):
         While the caller holds a step, the problem is in its state, slip included.
         """
         yield Step(0.0, 0.0, self._measured, 0, save=False)
-        for stretch in stretches(self._protocol, self._settings):
-            self._enter(stretch)
-            yield from self._follow(stretch)
+        for segment in segments(self._protocol, self._settings):
+            self._enter(segment)
+            yield from self._follow(segment)
             if self.ending is not None:
                 return
 
-    def _enter(self, stretch: Stretch) -> None:
+    def _enter(self, segment: PathSegment) -> None:
         """Forget what a leg of the other kind, or one that lifted off, has told of the next."""
         lifted = self._measured.force_N <= 0.0
-        if not stretch.is_first and (lifted or stretch.holds != self._stretch.holds):
+        if not segment.is_first and (lifted or segment.holds != self._segment.holds):
             self._rate[:] = 0.0
             self._slope = self._last_length = 0.0
-        self._stretch = stretch
+        self._segment = segment
 
-    def _follow(self, stretch: Stretch) -> Iterator[Step[T]]:
+    def _follow(self, segment: PathSegment) -> Iterator[Step[T]]:
         """Yield the steps of a leg."""
-        turns = not (stretch.is_first or stretch.holds) and self._measured.force_N > 0.0
-        at, increment = 0.0, stretch.shortest if turns else stretch.first  # as friction turns
-        while self.ending is None and at < stretch.length:
-            stop = stretch.next_stop(at)
+        turns = not (segment.is_first or segment.holds) and self._measured.force_N > 0.0
+        at, increment = 0.0, segment.shortest if turns else segment.first  # as friction turns
+        while self.ending is None and at < segment.length:
+            stop = segment.next_stop(at)
             equal = math.ceil((stop - at) / increment - 1e-9)  # steps to the stop
             length = (stop - at) / equal
             target = stop if equal == 1 else at + length
             step = self._step(at, target, equal == 1)
             if step is None:
-                log.info("step to %.4f mm cut", self._stretch.travel_mm(target))
+                log.info("step to %.4f mm cut", self._segment.travel_mm(target))
                 self.cut_backs += 1
                 increment = length / 2.0
                 continue
             factor = self._factor(length, step)
-            if factor < SHORTER and length / 2.0 >= stretch.shortest:
+            if factor < SHORTER and length / 2.0 >= segment.shortest:
                 log.info("step to %.4f mm cut: the force bends", step.travel_mm)
                 self.cut_backs += 1
                 self.ending = None
@@ -196,8 +196,8 @@ class QuasiStatic(Generic[T]):
             yield step
             self._accept(length, step)
             at = target
-            increment = min(max(factor, SHORTER) * length, stretch.longest)
-            increment = max(increment, stretch.shortest)
+            increment = min(max(factor, SHORTER) * length, segment.longest)
+            increment = max(increment, segment.shortest)
 
     def _factor(self, length: float, step: Step[T]) -> float:
         """Return how much longer the next step may be, by the error of this one.
@@ -212,7 +212,7 @@ class QuasiStatic(Generic[T]):
             return longest
         predicted = self._measured.force_N + self._slope * self._change(length)
         error = abs(force - predicted) * length / (4.0 * (length + self._last_length))
-        if self._stretch.is_first:  # the force at its end, if it grew along its secant
+        if self._segment.is_first:  # the force at its end, if it grew along its secant
             scale = abs(force) * self._protocol.travel_mm / step.travel_mm
         else:
             scale = self._largest_N
@@ -221,8 +221,8 @@ class QuasiStatic(Generic[T]):
 
     def _step(self, at: float, target: float, save: bool) -> Step[T] | None:
         """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
-        length, travel = target - at, self._stretch.travel_mm(target)
-        shortest = length / 2.0 < self._stretch.shortest
+        length, travel = target - at, self._segment.travel_mm(target)
+        shortest = length / 2.0 < self._segment.shortest
         outcome = self._attempt(length)
         smooth = False
         if outcome.converged:
@@ -237,25 +237,25 @@ class QuasiStatic(Generic[T]):
                 return None
             outcome = self._relax()
             if not outcome.converged:
-                before = self._stretch.travel_mm(at)
+                before = self._segment.travel_mm(at)
                 self.ending = Ending("not converged", _explain(before, travel, outcome))
                 return None
             measured = self._observe()
             jump = self._jump(travel, length, measured)
         self.ending = self._ending(target, measured)
         save = save or self.ending is not None
-        time_s = self._stretch.start_s + self._stretch.duration_s(target)
+        time_s = self._segment.start_s + self._segment.duration_s(target)
         return Step(travel, time_s, measured, outcome.iterations, save, jump)
 
     def _change(self, length: float) -> float:
         """Return by what travel, mm, or in a hold by what time, s, a step changes."""
-        return length if self._stretch.holds else self._stretch.direction * length
+        return length if self._segment.holds else self._segment.direction * length
 
     def _attempt(self, length: float) -> NewtonOutcome:
         """Seek the equilibrium that continues the path."""
-        push = self._stretch.direction * length
-        self._problem.place(push, self._stretch.duration_s(length))
-        if self._stretch.is_first and self._last_length == 0.0:
+        push = self._segment.direction * length
+        self._problem.place(push, self._segment.duration_s(length))
+        if self._segment.is_first and self._last_length == 0.0:
             self._problem.first_guess(push)
         else:
             self._u[:] = self._last + self._change(length) * self._rate
@@ -284,7 +284,7 @@ class QuasiStatic(Generic[T]):
 
     def _work(self, length: float, measured: T) -> float:
         """Return the drive's work in a step by the trapezoidal rule, N mm."""
-        push = self._stretch.direction * length
+        push = self._segment.direction * length
         return (self._measured.force_N + measured.force_N) / 2.0 * push
 
     def _jump(self, travel: float, length: float, measured: T) -> Jump | None:
@@ -294,7 +294,7 @@ class QuasiStatic(Generic[T]):
         rubbed = measured.friction_work_Nmm - before.friction_work_Nmm
         dissipated = measured.dissipated_Nmm - before.dissipated_Nmm
         released = work - stored - rubbed - dissipated
-        scale = self._work_Nmm if self._stretch.holds else work
+        scale = self._work_Nmm if self._segment.holds else work
         least = max(WORK_SHARE * abs(scale), STORED_SHARE * measured.stored_energy_Nmm)
         if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch
             return None
@@ -302,21 +302,21 @@ class QuasiStatic(Generic[T]):
 
     def _misses(self, measured: T) -> bool:
         """Return whether the drive has gone into the structure; going back, it may lift off."""
-        return self._stretch.direction > 0.0 and measured.misses_contact
+        return self._segment.direction > 0.0 and measured.misses_contact
 
     def _ending(self, at: float, measured: T) -> Ending | None:
-        stretch = self._stretch
+        segment = self._segment
         reason = measured.physical_end()
         if reason is None and self._misses(measured):
             reason = measured.missed_contact()
         if reason is not None:
-            return Ending("physical", f"{reason}, at {stretch.travel_mm(at):.3f} mm of travel")
-        return Ending("completed") if stretch.is_last and at >= stretch.length else None
+            return Ending("physical", f"{reason}, at {segment.travel_mm(at):.3f} mm of travel")
+        return Ending("completed") if segment.is_last and at >= segment.length else None
 
     def _accept(self, length: float, step: Step[T]) -> None:
         # the direction of a jump does not tell that of the path behind it
         change = self._change(length)
-        if not self._stretch.holds:
+        if not self._segment.holds:
             self._work_Nmm = self._work(length, step.observables)
         self._rate[:] = 0.0 if step.jump else (self._u - self._last) / change
         self._slope = (step.observables.force_N - self._measured.force_N) / change

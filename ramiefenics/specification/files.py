@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
+import os
+import shutil
 import tomllib
 import types
 import typing
@@ -27,8 +29,8 @@ def read_test(path: str | Path) -> BendingTest:
     """Read a test from a TOML file.
 
     Keys are the dataclasses' fields, tables nest as they do; ``numerics.mesh`` may be the name
-    of a recipe. What is left out takes its default; a warning tells of friction that is left out,
-    whose default is ramie's.
+    of a recipe, and ``law`` a Python file, seen from the folder of this one. What is left out takes
+    its default; a warning tells of friction that is left out, whose default is ramie's.
 
     Raises
     ------
@@ -36,6 +38,8 @@ def read_test(path: str | Path) -> BendingTest:
         If the file cannot be read, is no TOML, or states something that cannot be.
     """
     data = read_toml(path)
+    if _is_file(data.get("law")):
+        data["law"] = str(Path(path).parent / data["law"])
     test = test_from_dict(data)
     friction = data.get("fixture", {}).get("friction", {})
     if left_out := [name for name in ("static", "dynamic") if name not in friction]:
@@ -50,8 +54,26 @@ def read_test(path: str | Path) -> BendingTest:
 
 
 def write_test(test: BendingTest, path: str | Path) -> None:
-    """Write a test so that `read_test` gives back an equal one."""
-    Path(path).write_text(dump_test(test), encoding="utf-8")
+    """Write a test so that `read_test` gives back an equal one.
+
+    The path of a law's file, if it is relative, becomes that from there.
+    """
+    path = Path(path)
+    if _is_file(test.law) and not Path(test.law).is_absolute():
+        test = dataclasses.replace(test, law=os.path.relpath(test.law, path.parent))
+    path.write_text(dump_test(test), encoding="utf-8")
+
+
+def archive_test(test: BendingTest, path: Path) -> None:
+    """Write a test, and beside it the file of its law if it has one: they stay together."""
+    if _is_file(test.law):
+        shutil.copy(test.law, path.parent)
+        test = dataclasses.replace(test, law=Path(test.law).name)
+    path.write_text(dump_test(test), encoding="utf-8")
+
+
+def _is_file(law: Any) -> bool:
+    return isinstance(law, str) and law.endswith(".py")
 
 
 def dump_test(test: BendingTest) -> str:

@@ -14,7 +14,16 @@ from ramiefenics.model.jit import compile_form
 from ramiefenics.model.solid import Solid
 from ramiefenics.specification import ContactMethod, Cylinder, Elastic, Friction, Material
 from ramiefenics.verification.block import BoundaryValueProblem, block, hold, layers, on_planes
-from ramiefenics.verification.study import Plot, Series, Study, at_least, at_most, near
+from ramiefenics.verification.study import (
+    Array,
+    Check,
+    Plot,
+    Series,
+    Study,
+    at_least,
+    at_most,
+    near,
+)
 
 FRICTION = Friction(0.59, 0.12, weakening_mm=0.1)
 """It weakens more slowly than the spring gives way, so that there always is an equilibrium."""
@@ -83,75 +92,97 @@ def coefficient(slip_mm: float) -> float:
     return FRICTION.dynamic + (FRICTION.static - FRICTION.dynamic) * weakened
 
 
+def exact_work(slid_mm: float, normal_N: float) -> float:
+    """Return what friction takes along a slip, N mm: the force's integral."""
+    L = FRICTION.weakening_mm
+    surplus = (FRICTION.static - FRICTION.dynamic) * L * (1.0 - np.exp(-slid_mm / L))
+    return float(normal_N * (FRICTION.dynamic * slid_mm + surplus))
+
+
 def sliding() -> Study:
     """Compare slip, forces and work with the exact ones, in short steps and in long ones."""
     tables = {step: pull(step) for step in (STEP, LONG_STEP)}
-    table = tables[STEP]
-    pulled, ratio, work = (table[key] for key in ("pulled (mm)", "ratio", "friction work (N mm)"))
-    normal = float(table["normal (N)"].iloc[-1])
+    normal = float(tables[STEP]["normal (N)"].iloc[-1])
     exact = {
         step: np.array([exact_slip(at, normal) for at in found["pulled (mm)"]])
         for step, found in tables.items()
     }
-    loose = int(np.flatnonzero(exact[STEP])[0])
-    L, slid = FRICTION.weakening_mm, float(exact[STEP][-1])
-    surplus = (FRICTION.static - FRICTION.dynamic) * L * (1.0 - np.exp(-slid / L))
-    rubbed = normal * (FRICTION.dynamic * slid + surplus)
     return Study(
         "Stick and slip",
         f"A block of {SIZE:g} x {SIZE:g} mm in plane strain is pressed against a plate "
         f"and pulled along it by a spring, with Coulomb coefficients "
         f"{FRICTION.static:g} at rest and {FRICTION.dynamic:g} in motion, from the former to the "
-        f"latter by exp(-slip / {L:g} mm). The exact slip is where spring and friction are in "
-        f"balance; steps of {STEP:g} and of {LONG_STEP:g} mm must both find it.",
-        (
-            near(
-                "ratio of forces when it breaks loose",
-                float(ratio.max()),
-                FRICTION.static,
-                0.045,
-                "Coulomb's law; a step of the pull changes the ratio by 0.025",
-            ),
-            near("ratio at the end", float(ratio.iloc[-1]), coefficient(slid), 1e-3, "the law"),
-            at_most(
-                "slip before it breaks loose, over the pull",
-                float(table["slipped (mm)"][loose - 1] / pulled[loose - 1]),
-                0.01,
-                "it sticks, up to the regularisation",
-            ),
-            *(
-                at_most(
-                    f"slip in steps of {step:g} mm, farthest from the exact one (mm)",
-                    float(np.abs(found["slipped (mm)"] - exact[step]).max()),
-                    3e-4,
-                    "a few presliding lengths",
-                )
-                for step, found in tables.items()
-            ),
-            near(
-                "friction work (N mm)", float(work.iloc[-1]), rubbed, 1e-3, "force along the slip"
-            ),
-            at_least(
-                "smallest friction work of a step (N mm)",
-                float(work.diff().min()),
-                0.0,
-                "it dissipates",
-            ),
+        f"latter by exp(-slip / {FRICTION.weakening_mm:g} mm). The exact slip is where spring and "
+        f"friction are in balance; steps of {STEP:g} and of {LONG_STEP:g} mm must both find it.",
+        _checks(tables, exact, normal),
+        tables[STEP].iloc[::10],
+        _plot(tables, exact[STEP], normal),
+    )
+
+
+def _checks(
+    tables: dict[float, pd.DataFrame], exact: dict[float, Array], normal_N: float
+) -> tuple[Check, ...]:
+    """Compare the tables, by their step, with the exact slips."""
+    table, slid = tables[STEP], float(exact[STEP][-1])
+    ratio, work = table["ratio"], table["friction work (N mm)"]
+    loose = int(np.flatnonzero(exact[STEP])[0])
+    stuck = table["slipped (mm)"][loose - 1] / table["pulled (mm)"][loose - 1]
+    slips = (
+        at_most(
+            f"slip in steps of {step:g} mm, farthest from the exact one (mm)",
+            float(np.abs(found["slipped (mm)"] - exact[step]).max()),
+            3e-4,
+            "a few presliding lengths",
+        )
+        for step, found in tables.items()
+    )
+    return (
+        near(
+            "ratio of forces when it breaks loose",
+            float(ratio.max()),
+            FRICTION.static,
+            0.045,
+            "Coulomb's law; a step of the pull changes the ratio by 0.025",
         ),
-        table.iloc[::10],
-        Plot(
-            "pulled (mm)",
-            "tangential / normal force",
-            (
-                Series("exact", pulled, SPRING * SIZE * WIDTH * (pulled - exact[STEP]) / normal),
-                *(
-                    Series(
-                        f"steps of {step:g} mm", found["pulled (mm)"], found["ratio"], points=True
-                    )
-                    for step, found in tables.items()
-                ),
-                Series("static coefficient", [0.0, PULL], [FRICTION.static] * 2),
-                Series("dynamic coefficient", [0.0, PULL], [FRICTION.dynamic] * 2),
-            ),
+        near("ratio at the end", float(ratio.iloc[-1]), coefficient(slid), 1e-3, "the law"),
+        at_most(
+            "slip before it breaks loose, over the pull",
+            float(stuck),
+            0.01,
+            "it sticks, up to the regularisation",
+        ),
+        *slips,
+        near(
+            "friction work (N mm)",
+            float(work.iloc[-1]),
+            exact_work(slid, normal_N),
+            1e-3,
+            "force along the slip",
+        ),
+        at_least(
+            "smallest friction work of a step (N mm)",
+            float(work.diff().min()),
+            0.0,
+            "it dissipates",
+        ),
+    )
+
+
+def _plot(tables: dict[float, pd.DataFrame], exact: Array, normal_N: float) -> Plot:
+    """Draw the ratio of forces; `exact` are the slips in short steps, mm."""
+    pulled = tables[STEP]["pulled (mm)"]
+    found = (
+        Series(f"steps of {step:g} mm", table["pulled (mm)"], table["ratio"], points=True)
+        for step, table in tables.items()
+    )
+    return Plot(
+        "pulled (mm)",
+        "tangential / normal force",
+        (
+            Series("exact", pulled, SPRING * SIZE * WIDTH * (pulled - exact) / normal_N),
+            *found,
+            Series("static coefficient", [0.0, PULL], [FRICTION.static] * 2),
+            Series("dynamic coefficient", [0.0, PULL], [FRICTION.dynamic] * 2),
         ),
     )

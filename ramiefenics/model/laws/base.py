@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import ufl
@@ -82,11 +82,14 @@ class Memory:
         step, and its duration to the energy dissipated in it per undeformed volume, N/mm2. By
         default the thermodynamic forces at its end times the change of the variables (backward
         Euler), which is exact where the forces are constant.
+    units
+        Of the internal variables that are no pure numbers, as their fields' names end.
     """
 
     start: Mapping[str, Any]
     update: Callable[[Expr, Mapping[str, Expr], State, Expr], State]
     dissipation: Callable[[Expr, Mapping[str, Expr], State, State, Expr], Expr] | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

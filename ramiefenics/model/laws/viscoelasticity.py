@@ -17,6 +17,7 @@ step's end; it is positive wherever W is convex in C.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import ufl
 
@@ -39,28 +40,47 @@ def prony(name: str, elastic: Law, branches: int) -> Law:
     branches
         Number of terms of the Prony series.
     """
-    numbers = range(1, branches + 1)
+    series = _PronySeries(elastic, range(1, branches + 1))
+    rest = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    start = {"metric": rest} | {f"followed_{i}": rest for i in series.numbers}
+    return Law(
+        name,
+        series.parameters,
+        series.energy,
+        least_stretch=elastic.least_stretch,
+        homogeneous=elastic.homogeneous,
+        constants=elastic.constants + tuple(c for i in series.numbers for c in _constants(i)),
+        memory=Memory(start, series.update, series.dissipation),
+    )
 
-    def parameters(material: Material) -> dict[str, float]:
-        total = sum(material.law_constants[f"relaxing_share_{i}"] for i in numbers)
+
+@dataclass(frozen=True)
+class _PronySeries:
+    """What a viscoelastic law consists of: an elastic law, and the numbers of its branches."""
+
+    elastic: Law
+    numbers: range
+
+    def parameters(self, material: Material) -> dict[str, float]:
+        total = sum(material.law_constants[f"relaxing_share_{i}"] for i in self.numbers)
         if total >= 1.0:
             allowed = "must be below 1, all shares together, or nothing bears a load for long"
             raise SpecificationError("law_constants.relaxing_share", total, allowed)
-        return elastic.parameters(material)
+        return self.elastic.parameters(material)
 
-    def energy(F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
-        whole = elastic.energy(F, p)
-        for i in numbers:
+    def energy(self, F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
+        whole = self.elastic.energy(F, p)
+        for i in self.numbers:
             followed = ufl.variable(state[f"followed_{i}"])
-            there = elastic.energy(_stretch_of(followed), p)
+            there = self._energy_of(followed, p)
             tangent_plane = there + ufl.inner(ufl.diff(there, followed), F.T * F - followed)
             whole -= p[f"relaxing_share_{i}"] * tangent_plane
         return whole
 
-    def update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
+    def update(self, F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
         metric = F.T * F
         now = {"metric": metric}
-        for i in numbers:
+        for i in self.numbers:
             x = duration / p[f"relaxation_time_{i}_s"]
             lag = last["metric"] - last[f"followed_{i}"]
             growth = metric - last["metric"]
@@ -68,15 +88,15 @@ def prony(name: str, elastic: Law, branches: int) -> Law:
         return now
 
     def dissipation(
-        F: Expr, p: Mapping[str, Expr], last: State, now: State, duration: Expr
+        self, F: Expr, p: Mapping[str, Expr], last: State, now: State, duration: Expr
     ) -> Expr:
         growth = now["metric"] - last["metric"]
         total = 0.0
-        for i in numbers:
+        for i in self.numbers:
             x = duration / p[f"relaxation_time_{i}_s"]
             lag = last["metric"] - last[f"followed_{i}"]
             followed = ufl.variable(now[f"followed_{i}"])
-            gradient = ufl.diff(elastic.energy(_stretch_of(followed), p), followed)
+            gradient = ufl.diff(self._energy_of(followed, p), followed)
             by_lag, by_growth = (
                 ufl.diff(ufl.inner(gradient, direction), followed) for direction in (lag, growth)
             )
@@ -87,17 +107,8 @@ def prony(name: str, elastic: Law, branches: int) -> Law:
             )
         return total
 
-    rest = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    start = {"metric": rest} | {f"followed_{i}": rest for i in numbers}
-    return Law(
-        name,
-        parameters,
-        energy,
-        least_stretch=elastic.least_stretch,
-        homogeneous=elastic.homogeneous,
-        constants=elastic.constants + tuple(c for i in numbers for c in _constants(i)),
-        memory=Memory(start, update, dissipation),
-    )
+    def _energy_of(self, C: Expr, p: Mapping[str, Expr]) -> Expr:
+        return self.elastic.energy(_stretch_of(C), p)
 
 
 def _constants(i: int) -> tuple[Constant, ...]:
