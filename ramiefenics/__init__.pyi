@@ -30,6 +30,9 @@ from .published import (
     check_anova as check_anova,
     published_checks as published_checks,
     published_table as published_table,
+    published_test as published_test,
+    ramie as ramie,
+    ramie_at_height as ramie_at_height,
 )
 from .reconciliation.outcome import Reconciliation as Reconciliation
 from .reconciliation.printed_design import read_printed_design as read_printed_design
@@ -74,9 +77,6 @@ from .specification import (
     Target as Target,
     mesh_recipe as mesh_recipe,
     override as override,
-    published_test as published_test,
-    ramie as ramie,
-    ramie_at_height as ramie_at_height,
     read_test as read_test,
     recipe_names as recipe_names,
     write_test as write_test,

@@ -23,7 +23,7 @@ from ramiefenics.model.ellipticity import MaterialPoints, smallest_acoustic_eige
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification.published import PHLOEM
+from ramiefenics.published.stalks import PHLOEM
 
 
 def _isotropic(lame: float, mu: float) -> NDArray[np.float64]:

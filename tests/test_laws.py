@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from ramiefenics import Elastic, LargeStrain, Material
 from ramiefenics.model.laws import LAWS
-from ramiefenics.specification.published import PHLOEM, XYLEM
+from ramiefenics.published.stalks import PHLOEM, XYLEM
 from ramiefenics.verification.point import Point
 
 VOIGT = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]

@@ -13,7 +13,7 @@ from ramiefenics import Material
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.laws.saint_venant_kirchhoff import SAINT_VENANT_KIRCHHOFF
 from ramiefenics.model.laws.viscoelasticity import prony
-from ramiefenics.specification.published import XYLEM
+from ramiefenics.published.stalks import XYLEM
 from ramiefenics.verification.point import Point
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import ramiefenics as rf
 from ramiefenics import SpecificationError, SpecificationWarning, published_test, ramie_at_height
 from ramiefenics.cli import main
 from ramiefenics.measured import RawCurve
-from ramiefenics.specification.citation import STUDY
+from ramiefenics.published.citation import STUDY
 
 
 def test_calibration_stalk_is_table_3_with_table_7() -> None:

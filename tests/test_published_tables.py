@@ -9,8 +9,8 @@ from scipy import stats
 
 import ramiefenics as rf
 from ramiefenics.published import Printed, published_text, recompute
+from ramiefenics.published import stalks as shipped
 from ramiefenics.published.tables import printed_table
-from ramiefenics.specification import published as shipped
 
 
 def test_tables_have_the_printed_shape_and_units() -> None:

@@ -16,11 +16,11 @@ from ramiefenics.model.laws import LAWS, Law, Memory
 from ramiefenics.model.laws.base import Expr, State
 from ramiefenics.model.laws.saint_venant_kirchhoff import SAINT_VENANT_KIRCHHOFF as SVK
 from ramiefenics.model.solid import Solid
+from ramiefenics.published.stalks import XYLEM
 from ramiefenics.solve.newton import NewtonOutcome
 from ramiefenics.solve.quasistatic import QuasiStatic
 from ramiefenics.specification import Protocol, Stepping
 from ramiefenics.specification.protocol import Target
-from ramiefenics.specification.published import XYLEM
 from ramiefenics.verification.block import block, hold, layers, on_planes
 
 YIELD, MIDDLE = 0.01, (0.5, 0.5, 0.5)

@@ -17,11 +17,11 @@ from ramiefenics.calibration.selection import RULES
 from ramiefenics.calibration.surface import repeats
 from ramiefenics.calibration.terms import MODELS, model_matrix, model_terms
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.published import published_test
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
     override,
-    published_test,
     read_test,
 )
 from ramiefenics.specification.checks import check_choice, check_number, check_text

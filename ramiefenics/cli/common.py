@@ -19,15 +19,14 @@ from mpi4py import MPI
 import ramiefenics
 from ramiefenics.diagnostics import show_log
 from ramiefenics.model.laws import LAWS, check_law
+from ramiefenics.published.stalks import PUBLISHED, published_test
 from ramiefenics.results.claim import claimed
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
     override,
-    published_test,
     read_test,
 )
-from ramiefenics.specification.published import PUBLISHED
 
 if TYPE_CHECKING:
     from ramiefenics.results.result import Result

@@ -16,7 +16,8 @@ from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.effects import Effect
-from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, ramie
+from ramiefenics.published import ramie
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
 
 MESH = MeshRecipe(
     name="hidden",

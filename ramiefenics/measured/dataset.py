@@ -17,15 +17,15 @@ from ramiefenics.measured.noise import Array
 from ramiefenics.measured.records import check_columns, check_progress, check_steps, same_record
 from ramiefenics.measured.seating import seat
 from ramiefenics.measured.tables import need_columns, numbers, read_table
+from ramiefenics.published import published_test
+from ramiefenics.published.citation import STUDY
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
     SpecificationWarning,
     override,
-    published_test,
     read_test,
 )
-from ramiefenics.specification.citation import STUDY
 from ramiefenics.specification.files import from_dict, read_toml
 
 log = logging.getLogger(__name__)

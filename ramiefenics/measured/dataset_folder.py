@@ -11,10 +11,10 @@ import tomli_w
 
 from ramiefenics.measured import RawCurve
 from ramiefenics.measured.dataset import SPECIMENS
+from ramiefenics.published import published_test
 from ramiefenics.results.draft import draft
 from ramiefenics.specification import (
     SpecificationError,
-    published_test,
     read_test,
 )
 from ramiefenics.specification.files import archive_test

@@ -1,16 +1,9 @@
-"""The tables of the published study as printed, and the arithmetic that they must obey."""
+"""The published study: its stalks, its tables as printed, and the arithmetic that they obey.
 
-from ramiefenics.published.anova import check_anova
-from ramiefenics.published.arithmetic import Check, published_checks
-from ramiefenics.published.rounding import Printed, recompute
-from ramiefenics.published.tables import published_table, published_text
+What is offered is listed in ``__init__.pyi`` and imported when it is first used: commands that need
+a stalk's name alone need no statistics.
+"""
 
-__all__ = [
-    "Check",
-    "Printed",
-    "check_anova",
-    "published_checks",
-    "published_table",
-    "published_text",
-    "recompute",
-]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

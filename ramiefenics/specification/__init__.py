@@ -9,7 +9,6 @@ from ramiefenics.specification.material import Elastic, LargeStrain, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
 from ramiefenics.specification.numerics import ContactMethod, Explicit, Numerics, Stepping
 from ramiefenics.specification.protocol import Protocol, Target
-from ramiefenics.specification.published import published_test, ramie, ramie_at_height
 from ramiefenics.specification.stalk import Layer, Stalk
 
 __all__ = [
@@ -34,9 +33,6 @@ __all__ = [
     "Target",
     "mesh_recipe",
     "override",
-    "published_test",
-    "ramie",
-    "ramie_at_height",
     "read_test",
     "recipe_names",
     "write_test",

@@ -18,7 +18,6 @@ from typing import Any, TypeVar
 import tomli_w
 
 from ramiefenics.specification.bending import BendingTest
-from ramiefenics.specification.citation import STUDY
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
@@ -45,8 +44,7 @@ def read_test(path: str | Path) -> BendingTest:
     if left_out := [name for name in ("static", "dynamic") if name not in friction]:
         values = ", ".join(f"{n} = {getattr(test.fixture.friction, n):g}" for n in left_out)
         warnings.warn(
-            f"{Path(path).name} leaves out fixture.friction: ramie's on steel, {values}, is used "
-            f"(Tables 1 and 7 of {STUDY})",
+            f"{Path(path).name} leaves out fixture.friction: ramie's on steel, {values}, is used",
             SpecificationWarning,
             stacklevel=2,
         )

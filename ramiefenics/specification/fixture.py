@@ -21,9 +21,8 @@ class Friction:
     Attributes
     ----------
     static, dynamic
-        Coefficients at rest and in sliding. The defaults are ramie's on steel, Tables 1 and 7 of
-        the study that `ramiefenics.specification.citation` names; a file that leaves them out is
-        told so.
+        Coefficients at rest and in sliding. The defaults are ramie's on steel; a file that
+        leaves them out is told so.
     weakening_mm
         Length that a point slides while its coefficient loses all but 1/e of what the static one
         exceeds the dynamic one by. Nobody has measured it: an assumption.

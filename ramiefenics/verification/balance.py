@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 from mpi4py import MPI
 
+from ramiefenics.published import published_test
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.simulate import simulate
-from ramiefenics.specification import override, published_test
+from ramiefenics.specification import override
 from ramiefenics.verification.beam import LayeredTube
 from ramiefenics.verification.study import Check, Plot, Series, Study, at_least, at_most
 

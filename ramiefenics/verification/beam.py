@@ -14,7 +14,8 @@ from scipy.integrate import trapezoid
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tube import SURFACES, build_tube
-from ramiefenics.specification import Stalk, override, published_test
+from ramiefenics.published import published_test
+from ramiefenics.specification import Stalk, override
 from ramiefenics.verification.block import BoundaryValueProblem, hold, on_planes
 from ramiefenics.verification.study import Study, at_most
 

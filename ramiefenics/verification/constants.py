@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 
 from ramiefenics.model.laws import LAWS
+from ramiefenics.published.stalks import PHLOEM, XYLEM
 from ramiefenics.specification import Elastic, Material
-from ramiefenics.specification.published import PHLOEM, XYLEM
 from ramiefenics.verification.point import Point
 from ramiefenics.verification.study import Study, at_most
 

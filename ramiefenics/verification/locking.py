@@ -8,7 +8,7 @@ from dolfinx import fem
 
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification.published import PHLOEM
+from ramiefenics.published.stalks import PHLOEM
 from ramiefenics.verification.block import (
     BoundaryValueProblem,
     block,

@@ -12,7 +12,7 @@ from dolfinx import fem
 from ramiefenics.model.laws import LAWS
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification.published import XYLEM
+from ramiefenics.published.stalks import XYLEM
 from ramiefenics.verification.block import (
     BoundaryValueProblem,
     all_around,

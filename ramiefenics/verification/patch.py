@@ -9,7 +9,7 @@ from dolfinx import mesh as dmesh
 from scipy.optimize import fsolve
 
 from ramiefenics.model.solid import Solid
-from ramiefenics.specification.published import PHLOEM, XYLEM
+from ramiefenics.published.stalks import PHLOEM, XYLEM
 from ramiefenics.verification.block import (
     BoundaryValueProblem,
     all_around,

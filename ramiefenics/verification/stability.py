@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.model.ellipticity import smallest_acoustic_eigenvalue
+from ramiefenics.published.stalks import PHLOEM
 from ramiefenics.specification import Material
-from ramiefenics.specification.published import PHLOEM
 from ramiefenics.verification.constants import MATERIALS
 from ramiefenics.verification.point import Point
 from ramiefenics.verification.study import Array, Plot, Series, Study, at_least, near

@@ -9,8 +9,9 @@ from mpi4py import MPI
 
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
+from ramiefenics.published import published_test
 from ramiefenics.solve.quasistatic import QuasiStatic
-from ramiefenics.specification import override, published_test
+from ramiefenics.specification import override
 from ramiefenics.verification.study import Plot, Series, Study, near, observed_orders
 
 TRAVEL, STEP = 3.0, 0.2

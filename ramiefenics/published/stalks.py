@@ -1,6 +1,6 @@
 """The stalks of the published study, and nothing that it does not print.
 
-Source: Tables 1, 3, 7 and 8 of the study that `ramiefenics.specification.citation` names.
+Source: Tables 1, 3, 7 and 8 of the study that `ramiefenics.published.citation` names.
 """
 
 from __future__ import annotations
@@ -10,11 +10,19 @@ import re
 import warnings
 from collections.abc import Callable
 
-from ramiefenics.specification.bending import BendingTest
-from ramiefenics.specification.citation import STUDY
-from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
-from ramiefenics.specification.material import Elastic, Material
-from ramiefenics.specification.stalk import Layer, Stalk
+from ramiefenics.published.citation import STUDY
+from ramiefenics.specification import (
+    BendingTest,
+    Elastic,
+    Fixture,
+    Friction,
+    Layer,
+    Material,
+    Protocol,
+    SpecificationError,
+    SpecificationWarning,
+    Stalk,
+)
 
 PHLOEM_G_XY_PRINTED_MPA = 3.09
 """Table 3. Eq. 4 gives 0.88 MPa with the table's other constants."""
@@ -29,6 +37,9 @@ PHLOEM = Material(
     Elastic(E_X_MPa=2.27, E_Z_MPa=1919.08, nu_XY=0.29, nu_XZ=0.004, G_XZ_MPa=33.8),
     density_g_per_cm3=0.97,
 )
+
+FIXTURE = Fixture(span_mm=100.0, friction=Friction(static=0.59, dynamic=0.12))
+"""The radii of its cylinders are not printed."""
 
 TABLE_8_MM = ((15.1, 7.5, 0.72), (14.3, 7.45, 0.64), (14.7, 7.5, 0.65))
 """Outer diameter, inner diameter, phloem thickness of the three validation stalks."""
@@ -45,9 +56,8 @@ def ramie(outer_mm: float, inner_mm: float, phloem_mm: float) -> BendingTest:
         Thickness of the phloem.
     """
     xylem = Layer("xylem", outer_mm - 2.0 * phloem_mm, XYLEM)
-    return BendingTest(
-        Stalk(SPECIMEN_LENGTH_MM, inner_mm, (xylem, Layer("phloem", outer_mm, PHLOEM)))
-    )
+    stalk = Stalk(SPECIMEN_LENGTH_MM, inner_mm, (xylem, Layer("phloem", outer_mm, PHLOEM)))
+    return BendingTest(stalk, FIXTURE, protocol=Protocol(travel_mm=14.0))
 
 
 def ramie_at_height(height_cm: float) -> BendingTest:
