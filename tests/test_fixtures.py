@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from mpi4py import MPI
 
@@ -68,6 +70,70 @@ def test_impossible_fixtures_get_one_sentence(changes: list[str], sentence: str)
         rf.override(rf.published_test("table3"), [f"fixture.{change}" for change in changes])
 
 
+NOSE = ("nose", "above", True, 0.0, 5.0)
+SUPPORTS = (("right", "below", False, 50.0, 5.0), ("left", "below", False, -50.0, 5.0))
+
+
+def stated(*cylinders: tuple[str, str, bool, float, float]) -> list[str]:
+    """Return the change that states a fixture's cylinders one by one, as in TOML."""
+    names = ("name", "side", "moves", "z_mm", "radius_mm")
+    tables = ", ".join(
+        "{" + ", ".join(f"{n} = {json.dumps(v)}" for n, v in zip(names, c, strict=True)) + "}"
+        for c in cylinders
+    )
+    return [f"fixture={{cylinders = [{tables.replace('Infinity', 'inf')}]}}"]
+
+
+def test_stated_cylinders_bend_as_those_of_the_named_fixture(coarse: rf.BendingTest) -> None:
+    short = rf.override(coarse, ["protocol.travel_mm=0.5", "numerics.acoustic_check=false"])
+    same = rf.override(short, stated(NOSE, *reversed(SUPPORTS)))
+    assert same.fixture.beam_mm == short.fixture.beam_mm == (100.0, 0.0)
+    curves = [rf.simulate(test, MPI.COMM_SELF).curve for test in (short, same)]
+    pd.testing.assert_frame_equal(*curves, check_exact=True)
+    moved = rf.override(same, ["fixture.cylinders.nose.radius_mm=4"])
+    assert [c.radius_mm for c in moved.fixture.cylinders] == [4.0, 5.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("cylinders", "sentence"),
+    [
+        (SUPPORTS, r"cylinders = \['right', 'left'\] must have one that moves"),
+        ([NOSE], "must hold the stalk: what is below it must be under what is above"),
+        ([("nose", "above", True, 60.0, 5.0), *SUPPORTS], "must hold the stalk"),
+        ([("nose", "below", True, 0.0, 5.0), *SUPPORTS], "nose.side = 'below' must be above for"),
+        ([("nose", "beside", True, 0.0, 5.0), *SUPPORTS], "nose.side = 'beside' must be one of"),
+        ([("a nose", "above", True, 0.0, 5.0)], "name = 'a nose' must be one word"),
+        ([("nose", "above", True, 0.0, 0.0)], "nose.radius_mm = 0.0 must be a number above 0 mm"),
+        ([NOSE, NOSE, *SUPPORTS], "cylinders = 'nose' must not name a cylinder twice"),
+        (
+            [NOSE, ("next", "above", False, 8.5, 4.0), *SUPPORTS],
+            "next.z_mm = 8.5 must be more than 8.94427 mm from nose, or they overlap",
+        ),
+        (
+            [NOSE, ("near", "below", False, 9.0, 5.0), *SUPPORTS],
+            "near.z_mm = 9.0 must be more than 10 mm from nose, or right opposite",
+        ),
+        (
+            [NOSE, ("plate", "below", False, 0.0, math.inf), *SUPPORTS],
+            "right.side = 'below' must be on the other side of the stalk than the plate plate",
+        ),
+        ([NOSE, SUPPORTS[0], ("left", "below", False, -95.0, 5.0)], "must be within 90 mm of"),
+        ([NOSE, SUPPORTS[0], ("left", "below", False, -40.0, 5.0)], "'quarter' must be half or"),
+    ],
+)
+def test_impossible_cylinders_get_one_sentence(
+    cylinders: list[tuple[str, str, bool, float, float]], sentence: str
+) -> None:
+    with pytest.raises(rf.SpecificationError, match=sentence):
+        rf.override(rf.ramie(14.23, 7.28, 0.67), stated(*cylinders))
+
+
+@pytest.mark.parametrize("askew", ["fixture.indenter_offset_mm=30", "stalk.taper=0.01"])
+def test_what_would_slide_away_needs_friction(askew: str) -> None:
+    with pytest.raises(rf.SpecificationError, match="must be above 0: nothing else keeps"):
+        rod("numerics.domain=half", askew)
+
+
 def test_turned_stalk_needs_the_full_model() -> None:
     with pytest.raises(
         rf.SpecificationError, match="'half' must be full for a stalk with rotation"
@@ -84,9 +150,8 @@ def test_fixture_survives_a_file(tmp_path) -> None:
 
 
 def test_mesh_is_graded_for_every_cylinder() -> None:
-    test = rod(
-        "numerics.domain=half", "fixture.indenter_offset_mm=30", "fixture.other_support_radius_mm=2"
-    )
+    askew = ("fixture.indenter_offset_mm=30", "fixture.other_support_radius_mm=2")
+    test = rod("numerics.domain=half", *askew, friction=0.1)
     z = axial_positions(test)
     for cylinder in test.fixture.cylinders:
         assert np.abs(z - cylinder.z_mm).min() < 1e-9
@@ -153,6 +218,22 @@ def test_indenter_off_centre_finds_the_beams_stiffness() -> None:
     test = rod("numerics.domain=half", "fixture.indenter_offset_mm=40", friction=0.1)
     a, b = SPAN / 2 - 40.0, SPAN / 2 + 40.0
     beam = (a * b) ** 2 / (3 * YOUNG * SECOND_MM4 * SPAN) + a * b / (SPAN * SHEAR_N)
+    # indentation makes it softer by some per cent, friction stiffer by less than one
+    assert 0.95 < end(rf.simulate(test, MPI.COMM_SELF)) * beam / 2.0 < 1.01
+
+
+@pytest.mark.slow
+def test_cantilever_between_two_rollers_finds_the_beams_stiffness() -> None:
+    """P c^2 (d + c) / (3 E I) of a beam with an overhang c (Gere and Goodno 2013, Table G-1)."""
+    d, c = 60.0, 80.0
+    held = stated(
+        ("nose", "above", True, c, 5.0),
+        ("pivot", "below", False, 0.0, 5.0),
+        ("clamp", "above", False, -d, 5.0),
+    )
+    friction = ["fixture.friction.static=0.1", "fixture.friction.dynamic=0.1"]
+    test = rod(*held, *friction, "numerics.domain=half")
+    beam = c**2 * (d + c) / (3 * YOUNG * SECOND_MM4) + c * (1 + c / d) / SHEAR_N
     # indentation makes it softer by some per cent, friction stiffer by less than one
     assert 0.95 < end(rf.simulate(test, MPI.COMM_SELF)) * beam / 2.0 < 1.01
 

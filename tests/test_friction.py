@@ -79,6 +79,42 @@ def test_small_slip_springs_back() -> None:
     assert slid < 1e-3 * PRESLIDING_MM
 
 
+def test_dissipation_is_what_slip_does_not_give_back() -> None:
+    """Work less what springs back, ``d |b|^2 / 2``, around a corner and back; never negative."""
+    law = FrictionLaw(POINT, FRICTION, PRESLIDING_MM)
+    b, slip = fem.Constant(POINT, np.zeros(3)), fem.Constant(POINT, np.zeros(3))
+    grip = Grip(b, fem.Constant(POINT, 0.0))
+    after = law.slip(grip, slip).mobilised
+    value = fem.Expression(
+        ufl.as_vector((*after, law.opposed_slip(grip, slip))), np.full((1, 3), 0.5)
+    )
+    lengths = PRESLIDING_MM * np.array([0.003, 0.4, 3.0])
+    for direction in (X, Z, -X, -X, X):
+        for length in lengths:
+            start, slip.value = b.value.copy(), length * direction
+
+            def rate(_: float, y: np.ndarray, direction: np.ndarray = direction) -> np.ndarray:
+                return np.array([*(direction - y[:3]) / PRESLIDING_MM, y[:3] @ direction])
+
+            *end, work = solve_ivp(rate, (0.0, length), [*start, 0.0], rtol=1e-9, atol=1e-14).y[
+                :, -1
+            ]
+            kept = PRESLIDING_MM * (np.dot(end, end) - start @ start) / 2
+            found = value.eval(POINT, np.array([0], dtype=np.int32)).reshape(-1)
+            # the slip's magnitude is rounded by 1e-6 presliding lengths
+            assert found[3] == pytest.approx(work - kept, abs=1e-5 * PRESLIDING_MM)
+            assert found[3] >= 0.0
+            b.value = found[:3]
+
+
+def test_friction_never_gives_work_back(coarse: BendingTest) -> None:
+    """Loaded, unloaded and loaded again; points that stuck spring back at every reversal."""
+    changes = ["protocol.travel_mm=1", "protocol.then=[{to_mm=0.4}, {to_mm=1.0}]"]
+    curve = simulate(override(coarse, [*changes, "numerics.acoustic_check=false"])).curve
+    assert curve["friction_work_Nmm"].diff().min() >= 0.0
+    assert curve["friction_work_Nmm"].iloc[-1] > 0.0
+
+
 @pytest.mark.parametrize("degree", [4, 6])
 def test_points_remember_exactly_what_they_are_told(degree: int) -> None:
     """Whatever face of a cell is at the boundary."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import tempfile
 import tomllib
 from pathlib import Path
@@ -17,7 +19,7 @@ from ramiefenics.measured import initial_slope
 from ramiefenics.measured.tables import UNITS
 from ramiefenics.measured.work import work
 from ramiefenics.reduction.equations import maximum_stress, section_modulus
-from ramiefenics.specification.files import dump_test, test_from_dict
+from ramiefenics.specification.files import dump_test, test_from_dict, to_dict
 
 few = settings(derandomize=True, max_examples=25, deadline=None, database=None)
 
@@ -27,6 +29,28 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 factors = numbers(0.01, 100.0)
+
+
+@st.composite
+def fixtures(draw: st.DrawFn) -> rf.Fixture | rf.GeneralFixture:
+    """Draw three- and four-point bending, on and off centre, plates, and cylinders one by one."""
+    radius = numbers(1.0, 7.0)
+    kind = draw(st.sampled_from(["beam", "plates", "stated"]))
+    if kind == "plates":
+        return rf.Fixture(0.0, draw(radius | st.just(math.inf)), math.inf)
+    if kind == "beam":
+        span, inner = draw(numbers(90.0, 150.0)), draw(st.just(0.0) | numbers(15.0, 40.0))
+        offset, other = draw(st.just(0.0) | numbers(-5.0, 5.0)), draw(st.none() | radius)
+        friction = rf.Friction(0.3, draw(numbers(0.0, 0.3)))
+        return rf.Fixture(span, draw(radius), draw(radius), friction, inner, offset, other)
+    places = [draw(numbers(at - 4.0, at + 4.0)) for at in (0.0, 60.0, -60.0, 30.0)]
+    rigid = [
+        rf.Cylinder("nose", "above", True, places[0], draw(radius)),
+        rf.Cylinder("right", "below", False, places[1], draw(radius)),
+        rf.Cylinder("left", "below", False, places[2], draw(radius)),
+        rf.Cylinder("clamp", "above", draw(st.booleans()), places[3], draw(radius)),
+    ]
+    return rf.GeneralFixture(tuple(rigid[: draw(st.integers(3, 4))]))
 
 
 @st.composite
@@ -43,9 +67,9 @@ def specifications(draw: st.DrawFn) -> rf.BendingTest:
         layers.append(
             rf.Layer(f"layer_{number}", outer, rf.Material(elastic, large_strain, density))
         )
-    span = draw(numbers(30.0, 150.0))
-    fixture = rf.Fixture(span, draw(numbers(1.0, 7.0)), draw(numbers(1.0, 7.0)))
-    numerics = rf.Numerics(mesh=rf.mesh_recipe(draw(st.sampled_from(rf.recipe_names()))))
+    fixture = draw(fixtures())
+    recipe = rf.mesh_recipe(draw(st.sampled_from(rf.recipe_names())))
+    numerics = rf.Numerics(mesh=recipe, domain="quarter" if fixture.symmetric else "half")
     height = draw(st.none() | numbers(5.0, 20.0))
     stalk = rf.Stalk(180.0, void, tuple(layers), section_height_mm=height)
     return rf.BendingTest(stalk, fixture, numerics=numerics)
@@ -55,6 +79,7 @@ def specifications(draw: st.DrawFn) -> rf.BendingTest:
 @given(test=specifications())
 def test_a_specification_reads_back_equal(test: rf.BendingTest) -> None:
     assert test_from_dict(tomllib.loads(dump_test(test))) == test
+    assert test_from_dict(json.loads(json.dumps(to_dict(test), allow_nan=False))) == test
 
 
 TRAVEL = np.linspace(0.0, 14.0, 57)

@@ -192,10 +192,13 @@ class Study:
         for folder in sorted(folders):
             rows = [i for i, wanted in enumerate(measured) if wanted.dataset == folder]
             dataset = read_dataset(Path(self.folder) / folder)
-            span, own = dataset.baseline.fixture.span_mm, self.test().fixture.span_mm
-            if span != own:
-                allowed = f"must be the span of the study's baseline, {own:g} mm"
-                raise SpecificationError(f"{folder}: fixture.span_mm", span, allowed)
+            theirs, own = (
+                test.fixture.check_beam("data sets are") for test in (dataset.baseline, self.test())
+            )
+            for name, span, mine in zip(("span_mm", "inner_span_mm"), theirs, own, strict=True):
+                if span != mine:
+                    allowed = f"must be that of the study's baseline, {mine:g} mm"
+                    raise SpecificationError(f"{folder}: fixture.{name}", span, allowed)
             seen = _observed(dataset, [measured[i] for i in rows])
             values[rows] = seen.mean(axis=0)
             covariance[np.ix_(rows, rows)] = np.atleast_2d(np.cov(seen.T)) / len(seen)

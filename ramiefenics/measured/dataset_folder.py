@@ -10,10 +10,11 @@ import pandas as pd
 import tomli_w
 
 from ramiefenics.measured import RawCurve
-from ramiefenics.measured.dataset import SPECIMENS
+from ramiefenics.measured.dataset import REDUCED, SPECIMENS
 from ramiefenics.published import published_test
 from ramiefenics.results.draft import draft
 from ramiefenics.specification import (
+    Fixture,
     SpecificationError,
     read_test,
 )
@@ -84,7 +85,9 @@ def write_dataset(
         layout["speed_mm_per_min"] = speed_mm_per_min
     if format is not None:
         layout["format"] = Path(format).name
-    layout["fixture"] = {"span_mm": test.fixture.span_mm}
+    test.fixture.check_beam(REDUCED)
+    if isinstance(test.fixture, Fixture):
+        layout["fixture"] = {"span_mm": test.fixture.span_mm}
     rows = [
         {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
         for name, raw in curves.items()

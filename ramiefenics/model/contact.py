@@ -89,7 +89,7 @@ class ContactSums:
     force_y_N
         Force on the stalk along Y.
     friction_work_Nmm
-        Done against friction so far.
+        Dissipated by friction so far.
     area_mm2
         Touching area, undeformed.
     first_mm3, second_mm4
@@ -221,9 +221,9 @@ class Contact:
         largest_now = law.coefficient(self._grip) * self.pressure
         self.friction = -largest_now * mobilised
         self.traction = self.pressure * n + self.friction
-        # by the trapezoidal rule
-        mean = (largest * before.mobilised + largest_now * mobilised) / 2
-        self._work = work + ufl.dot(mean, self._slip)
+        # pressure by the trapezoidal rule
+        mean = (largest + largest_now) / 2
+        self._work = work + mean * law.opposed_slip(before, self._slip)
         touching, _ = self.states()
         grip = (*mobilised, self._grip.slid_mm, largest_now)
         self._present = self._memory.compile(

@@ -74,6 +74,23 @@ class FrictionLaw:
         slid = slip - d * (mobilised - before.mobilised)
         return Grip(mobilised, before.slid_mm + d * (_length(slid / d) - ROUNDING))
 
+    def opposed_slip(self, before: Grip, slip: Expr) -> Expr:
+        """Return what largest friction, times it, dissipates along a straight slip, mm.
+
+        Of the work ``mu p b.s'`` against friction, the part ``mu p b.d b'`` springs back with the
+        slip; what dissipates is ``mu p b.(s' - d b') = mu p |b|^2 |s'|``, which is never negative.
+        This is the integral of ``|b|^2 |s'|``, exact like b.
+        """
+        d, b = self._presliding, before.mobilised
+        length = _length(slip / d)
+        left, direction = ufl.exp(-length), slip / d / length
+        fading = (1 - left**2) / 2
+        return d * (
+            fading * ufl.dot(b, b)
+            + (1 - left) ** 2 * ufl.dot(b, direction)
+            + (length - 2 * (1 - left) + fading) * ufl.dot(direction, direction)
+        )
+
     def coefficient(self, grip: Grip) -> Expr:
         """Return the coefficient of friction."""
         weakened = ufl.exp(-grip.slid_mm / self._weakening)

@@ -47,7 +47,7 @@ class Observables:
     penetration_radii
         The same over the cylinder's radius; none for plates.
     stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
-        Stored energy; work done against friction so far; energy that the material has dissipated
+        Stored energy; what friction has dissipated so far; energy that the material has dissipated
         so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
         Lowest over all quadrature points, see `PointState`. Where the last is negative the

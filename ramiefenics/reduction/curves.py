@@ -18,7 +18,7 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "energy_to_peak_Nmm": ("Energy to the peak", "N mm"),
     "energy_Nmm": ("Energy in all", "N mm"),
     "drop": ("Drop after the peak, share of it", "1"),
-    "strength_MPa": ("Nominal strength PL/4W", "MPa"),
+    "strength_MPa": ("Nominal strength M/W", "MPa"),
     "bending_modulus_MPa": ("Apparent bending modulus", "MPa"),
     "shear_modulus_MPa": ("Apparent shear modulus", "MPa"),
 }
@@ -108,21 +108,27 @@ def reduce_section(specimen: Specimen, numbers: CurveNumbers) -> dict[str, float
     its other diameter: the range where nobody wrote down which one faced the indenter. The moduli
     are apparent: each puts the whole deflection down to one cause.
     """
-    stalk, span = specimen.test.stalk, specimen.test.fixture.span_mm
+    stalk = specimen.test.stalk
+    beam = specimen.test.fixture.check_beam("strengths and moduli are")
+    span, inner_span = beam.supports_mm, beam.indenters_mm
+    arms = 2.0 * beam.arm_mm  # moment and shear force are those of three-point bending over both
     outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm
     upright = equations.section_modulus(outer, inner, height)
     turned = equations.section_modulus(height, inner * height / outer, outer)
     slope = numbers.slope_N_per_mm
     return {
         "span_mm": span,
+        "inner_span_mm": inner_span,
         "width_mm": outer,
         "height_mm": height,
         "void_width_mm": inner,
         "section_modulus_mm3": upright,
-        "strength_MPa": equations.maximum_stress(numbers.peak_N, span, upright),
-        "strength_turned_MPa": equations.maximum_stress(numbers.peak_N, span, turned),
-        "bending_modulus_MPa": equations.bending_modulus(slope, span, outer, inner, height),
+        "strength_MPa": equations.maximum_stress(numbers.peak_N, arms, upright),
+        "strength_turned_MPa": equations.maximum_stress(numbers.peak_N, arms, turned),
+        "bending_modulus_MPa": equations.bending_modulus(
+            slope, span, outer, inner, height, inner_span
+        ),
         "shear_modulus_MPa": equations.shear_modulus(
-            equations.shear_stiffness(slope, 1.0, span), outer, inner, height
+            equations.shear_stiffness(slope, 1.0, arms), outer, inner, height
         ),
     }

@@ -35,7 +35,7 @@ def shear_stiffness(
     load_N, deflection_mm
         Increments of force and of the deflection at midspan within the elastic part.
     span_mm
-        Distance of the supports, L.
+        Distance of the supports, L; less that of two indenters, if there are two.
     overhang_deflection_mm
         Increment of the upward deflection f_1 at the end of an overhang. Left out, what bending
         deflects is put down to shear too, and U is too low.
@@ -99,13 +99,15 @@ def phloem_ratio(outer_mm: Any, inner_mm: Any, phloem_mm: Any) -> Any:
 def maximum_stress(force_N: Any, span_mm: Any, section_modulus_mm3: Any) -> Any:
     """Return the largest bending stress in three-point bending, MPa: Eq. 6 with M = P L / 4.
 
+    In four-point bending it is M = P (L - l) / 4, l the distance of the indenters.
+
     At the peak force it is the nominal strength: what a homogeneous, elastic beam with the
     undeformed section would bear.
 
     Parameters
     ----------
     force_N, span_mm
-        Force at midspan and distance of the supports.
+        Force in all, and distance of the supports, less that of two indenters.
     section_modulus_mm3
         W of Eq. 7.
     """
@@ -130,9 +132,19 @@ def section_modulus(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -
 
 
 def bending_modulus(
-    slope_N_per_mm: Any, span_mm: Any, outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None
+    slope_N_per_mm: Any,
+    span_mm: Any,
+    outer_mm: Any,
+    inner_mm: Any = 0.0,
+    height_mm: Any = None,
+    inner_span_mm: Any = 0.0,
 ) -> Any:
     """Return the apparent Young's modulus, MPa, of a slender beam: E = k L^3 / (48 I).
+
+    In four-point bending it is ``k (L - l)^2 (L + 2 l) / (48 I)``, with the arm a = (L - l) / 2 of
+    a support to an indenter ``k a^2 (3 L - 4 a) / (12 I)``: a machine records the displacement of
+    the indenters there. That of midspan is ``P a (3 L^2 - 4 a^2) / (48 E I)`` (both
+    follow from the deflection of a beam with two equal loads, Gere and Goodno 2013, Table G-2).
 
     Shear, crushing of the section and the machine's own compliance count as bending: it is a lower
     bound.
@@ -140,12 +152,15 @@ def bending_modulus(
     Parameters
     ----------
     slope_N_per_mm
-        Initial slope k of force against deflection at midspan.
+        Initial slope k of the force in all against the indenters' displacement.
     span_mm
-        Distance of the supports.
+        Distance L of the supports.
     outer_mm, inner_mm, height_mm
         As of `section_modulus`; I is W times half the height.
+    inner_span_mm
+        Distance l of two indenters; 0 for one.
     """
     height = outer_mm if height_mm is None else height_mm
     second_moment = section_modulus(outer_mm, inner_mm, height_mm) * height / 2.0
-    return slope_N_per_mm * span_mm**3 / (48.0 * second_moment)
+    cubed = (span_mm - inner_span_mm) ** 2 * (span_mm + 2.0 * inner_span_mm)
+    return slope_N_per_mm * cubed / (48.0 * second_moment)

@@ -1,9 +1,12 @@
 """What is tested: immutable dataclasses that compose, read from and written to TOML."""
 
 from ramiefenics.specification.bending import BendingTest
+from ramiefenics.specification.cylinder import Cylinder
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
-from ramiefenics.specification.fixture import Cylinder, Fixture, Friction
+from ramiefenics.specification.fixture import Fixture
+from ramiefenics.specification.friction import Friction
+from ramiefenics.specification.general_fixture import GeneralFixture
 from ramiefenics.specification.machine import Machine
 from ramiefenics.specification.material import Elastic, LargeStrain, Material
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recipe_names
@@ -19,6 +22,7 @@ __all__ = [
     "Explicit",
     "Fixture",
     "Friction",
+    "GeneralFixture",
     "LargeStrain",
     "Layer",
     "Machine",

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ramiefenics.specification.checks import check_instance, check_text
+from ramiefenics.specification.cylinder import Cylinder
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.fixture import Cylinder, Fixture
+from ramiefenics.specification.fixture import Fixture
+from ramiefenics.specification.general_fixture import GeneralFixture
 from ramiefenics.specification.machine import Machine
 from ramiefenics.specification.numerics import Numerics
 from ramiefenics.specification.protocol import Protocol
@@ -36,7 +38,7 @@ class BendingTest:
     """
 
     stalk: Stalk
-    fixture: Fixture = field(default_factory=Fixture)
+    fixture: Fixture | GeneralFixture = field(default_factory=Fixture)
     machine: Machine = field(default_factory=Machine)
     protocol: Protocol = field(default_factory=Protocol)
     law: str = "saturating_fibre"
@@ -46,23 +48,32 @@ class BendingTest:
         """Check what concerns two parts at once: the stalk must lie on its supports."""
         for name, cls in (
             ("stalk", Stalk),
-            ("fixture", Fixture),
             ("machine", Machine),
             ("protocol", Protocol),
             ("numerics", Numerics),
         ):
             check_instance(self, name, cls)
+        if not isinstance(self.fixture, GeneralFixture):
+            check_instance(self, "fixture", Fixture)
         check_text(self, "law", empty=False)
-        span, length = self.fixture.span_mm, self.stalk.length_mm
-        if span >= length:
-            raise SpecificationError(
-                "fixture.span_mm", span, f"must be below the specimen's length {length:g} mm"
-            )
+        try:
+            self.fixture.check_length(self.stalk.length_mm)
+        except SpecificationError as error:
+            raise error.inside("fixture") from error
         self._check_symmetry()
+        self._check_held()
 
     def front_mm(self, cylinder: Cylinder) -> float:
         """Return the Y at which a cylinder touches the stalk at the start."""
         return cylinder.up * self.stalk.top_mm * self.stalk.scale_at(cylinder.z_mm)
+
+    def _check_held(self) -> None:
+        """Check that something keeps the stalk from sliding away along its axis."""
+        skew = self.stalk.taper != 0.0 or not self.fixture.symmetric
+        static = self.fixture.friction.static
+        if skew and static == 0.0:
+            allowed = "must be above 0: nothing else keeps what is askew along Z from sliding away"
+            raise SpecificationError("fixture.friction.static", static, allowed)
 
     def _check_symmetry(self) -> None:
         """Check that what the model leaves out is the mirror image of what it has."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import functools
+import math
 import os
 import shutil
 import tomllib
@@ -22,6 +23,9 @@ from ramiefenics.specification.errors import SpecificationError, SpecificationWa
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
 T = TypeVar("T")
+
+INFINITE = "inf"
+"""Word for the radius of a plate."""
 
 
 def read_test(path: str | Path) -> BendingTest:
@@ -129,11 +133,11 @@ def from_dict(cls: type[T], data: Any) -> T:
     for key in data:
         if key not in fields:
             raise _unknown(key, data[key], fields)
-    values = {}
-    for name, spec in fields.items():
+    values, required = {}, _required(cls)
+    for name in fields:
         if name in data:
             values[name] = _convert(hints[name], name, data[name])
-        elif spec.default is dataclasses.MISSING and spec.default_factory is dataclasses.MISSING:
+        elif name in required:
             raise SpecificationError(name, None, "is required but missing")
     return cls(**values)
 
@@ -150,9 +154,30 @@ def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
     return SpecificationError(key, value, f"is an unknown key, {hint}")
 
 
+def _alternative(hint: Any, value: Any) -> Any:
+    """Return which type of a union a value is of.
+
+    There are "float | None", and alternative tables: the last one that has all it requires.
+    """
+    if not isinstance(hint, types.UnionType):
+        return hint
+    options = [option for option in typing.get_args(hint) if option is not type(None)]
+    for option in reversed(options[1:]):
+        if isinstance(value, Mapping) and _required(option) <= set(value):
+            return option
+    return options[0]
+
+
+def _required(cls: Any) -> set[str]:
+    missing = dataclasses.MISSING
+    fields = dataclasses.fields(cls)
+    return {f.name for f in fields if f.default is missing and f.default_factory is missing}
+
+
 def _convert(hint: Any, name: str, value: Any) -> Any:
-    if isinstance(hint, types.UnionType):  # "float | None" is the only union here
-        hint = next(a for a in typing.get_args(hint) if a is not type(None))
+    hint = _alternative(hint, value)
+    if hint is float and value == INFINITE:
+        return math.inf
     if typing.get_origin(hint) is tuple:
         return _convert_list(typing.get_args(hint)[0], name, value)
     if dataclasses.is_dataclass(hint):
@@ -170,22 +195,33 @@ def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
         raise SpecificationError(name, value, f"must be {what}")
     converted = []
     for index, entry in enumerate(value):
-        label = entry.get("name", index) if isinstance(entry, Mapping) else index
         try:
-            converted.append(_convert(item, str(label), entry))
+            converted.append(_convert(item, _label(index, entry), entry))
         except SpecificationError as error:
             raise error.inside(name) from error
     return tuple(converted)
 
 
+def _label(index: int, entry: Any) -> str:
+    """Return how an entry of a list is addressed: by its name, if it has one, else its number."""
+    return str(entry.get("name", index) if isinstance(entry, Mapping) else index)
+
+
+def _by_label(entries: list[Any]) -> dict[str, Any]:
+    return {_label(index, entry): entry for index, entry in enumerate(entries)}
+
+
 def to_dict(obj: Any) -> Any:
-    """Turn nested dataclasses into plain mappings and lists, leaving out None and empty tables."""
+    """Turn nested dataclasses into plain mappings and lists, leaving out None and empty tables.
+
+    What is infinite is a word, as JSON has no number for it; `from_dict` takes either.
+    """
     if dataclasses.is_dataclass(obj) and not isinstance(obj, type):
         values = {f.name: getattr(obj, f.name) for f in dataclasses.fields(obj)}
         return {n: to_dict(value) for n, value in values.items() if value not in (None, {})}
     if isinstance(obj, tuple):
         return [to_dict(item) for item in obj]
-    return obj
+    return INFINITE if obj == math.inf else obj
 
 
 def value_at(test: BendingTest, key: str) -> Any:
@@ -193,7 +229,7 @@ def value_at(test: BendingTest, key: str) -> Any:
     data = to_dict(test)
     for part in key.split("."):
         if isinstance(data, list):
-            data = {entry["name"]: entry for entry in data}
+            data = _by_label(data)
         data = data.get(part) if isinstance(data, dict) else None
     return data
 
@@ -236,7 +272,7 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
     for part in path:
         if isinstance(target, list):
             hint = typing.get_args(hint)[0]
-            named = {entry["name"]: entry for entry in target}
+            named = _by_label(target)
             known: Iterable[str] = named
             child = named.get(part)
         else:
@@ -247,6 +283,7 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
         if not isinstance(child, (dict, list)):
             error = _unknown(part, value, known)
             raise error.inside(walked) if walked else error
+        hint = _alternative(hint, child)
         target, walked = child, f"{walked}.{part}" if walked else part
     if isinstance(target, list):
         raise SpecificationError(key, value, f"must name a value of a layer, as in {key}.name=...")

@@ -1,7 +1,7 @@
 """What presses the stalk: rigid cylinders and plates, some fixed, some moving, and friction.
 
-A fixture is the tuple `Fixture.cylinders`, and nothing but that tuple is read by mesh, contact and
-results: a new arrangement is made there.
+Mesh, contact and results read the tuple `cylinders` and nothing else. `Fixture` makes it for usual
+tests from a few lengths; in a `GeneralFixture` it is stated.
 """
 
 from __future__ import annotations
@@ -11,75 +11,13 @@ import math
 from dataclasses import dataclass, field
 
 from ramiefenics.specification.checks import check_instance, check_number
+from ramiefenics.specification.cylinder import Arrangement, Cylinder
 from ramiefenics.specification.errors import SpecificationError
+from ramiefenics.specification.friction import Friction
 
 
 @dataclass(frozen=True)
-class Friction:
-    """Coulomb friction between stalk and fixture.
-
-    Attributes
-    ----------
-    static, dynamic
-        Coefficients at rest and in sliding. The defaults are ramie's on steel; a file that
-        leaves them out is told so.
-    weakening_mm
-        Length that a point slides while its coefficient loses all but 1/e of what the static one
-        exceeds the dynamic one by. Nobody has measured it: an assumption.
-    """
-
-    static: float = 0.59
-    dynamic: float = 0.12
-    weakening_mm: float = 0.02
-
-    def __post_init__(self) -> None:
-        """Check that 0 <= dynamic <= static, and the length."""
-        check_number(self, "static", at_least=0.0)
-        check_number(self, "dynamic", at_least=0.0)
-        if self.dynamic > self.static:
-            raise SpecificationError(
-                "dynamic", self.dynamic, f"must be at most the static coefficient {self.static:g}"
-            )
-        check_number(self, "weakening_mm", above=0.0, unit="mm")
-
-
-@dataclass(frozen=True)
-class Cylinder:
-    """A rigid cylinder across the stalk, its axis along X, which touches the stalk at the start.
-
-    Attributes
-    ----------
-    name
-        A name of its own.
-    side
-        Where it is: ``above`` the stalk or ``below`` it.
-    moves
-        Whether it is driven, along -Y; the others are fixed.
-    z_mm
-        Place of its axis.
-    radius_mm
-        Radius; of a flat plate, infinite.
-    """
-
-    name: str
-    side: str
-    moves: bool
-    z_mm: float
-    radius_mm: float
-
-    @property
-    def flat(self) -> bool:
-        """Whether it is a plate."""
-        return math.isinf(self.radius_mm)
-
-    @property
-    def up(self) -> float:
-        """Direction along Y from the stalk to it, 1 above and -1 below."""
-        return 1.0 if self.side == "above" else -1.0
-
-
-@dataclass(frozen=True)
-class Fixture:
+class Fixture(Arrangement):
     """Indenters above the stalk, which move, and supports below, which do not.
 
     Three-point bending by default. With `inner_span_mm` there are two indenters, for four-point
@@ -141,26 +79,17 @@ class Fixture:
         absent = {"other_indenter": inner == 0.0, "other_support": half == 0.0}
         return tuple(c for c in cylinders if not absent.get(c.name, False))
 
-    @property
-    def indenter(self) -> Cylinder:
-        """The first cylinder that moves."""
-        return next(cylinder for cylinder in self.cylinders if cylinder.moves)
+    def check_length(self, length_mm: float) -> None:
+        """Check that a specimen lies on its supports.
 
-    @property
-    def support(self) -> Cylinder:
-        """The first cylinder that does not move."""
-        return next(cylinder for cylinder in self.cylinders if not cylinder.moves)
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether it is its own mirror image in the plane Z = 0."""
-        placed = {(c.side, c.z_mm, c.radius_mm) for c in self.cylinders}
-        return placed == {(side, -z, radius) for side, z, radius in placed}
-
-    @property
-    def three_point(self) -> bool:
-        """Whether one indenter is in the middle between two equal supports."""
-        return self.symmetric and self.span_mm > 0.0 and self.inner_span_mm == 0.0
+        Raises
+        ------
+        SpecificationError
+            If it is too short.
+        """
+        if self.span_mm >= length_mm:
+            allowed = f"must be below the specimen's length {length_mm:g} mm"
+            raise SpecificationError("span_mm", self.span_mm, allowed)
 
     def _check_single(self) -> None:
         """Check that a single support is under a single indenter."""

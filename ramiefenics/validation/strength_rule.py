@@ -11,10 +11,18 @@ from ramiefenics.specification import BendingTest
 
 
 def nominal_strength(test: BendingTest, force_N: float) -> float:
-    """Return P L / 4 W, MPa, Eqs. 6 and 7: as if the section were of one material."""
-    stalk = test.stalk
+    """Return P L / 4 W, MPa, Eqs. 6 and 7: as if the section were of one material.
+
+    L is the distance of the supports, less that of the indenters in four-point bending.
+
+    Raises
+    ------
+    SpecificationError
+        If the fixture is another one.
+    """
+    stalk, beam = test.stalk, test.fixture.check_beam("P L / 4 W is")
     modulus = section_modulus(stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm)
-    return float(maximum_stress(force_N, test.fixture.span_mm, modulus))
+    return float(maximum_stress(force_N, 2.0 * beam.arm_mm, modulus))
 
 
 def by_strength(

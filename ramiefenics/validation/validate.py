@@ -114,8 +114,9 @@ def _assess(
 def _rule(
     study: ValidationStudy, split: Split, observed: Mapping[str, Observed]
 ) -> dict[str, float]:
-    """Return what the strength rule predicts; NaN of responses that it says nothing about."""
-    if study.response != "max_force_N":
-        return dict.fromkeys(observed, np.nan)
+    """Return what the strength rule predicts; NaN of what it says nothing about."""
     tests = {name: seen.found.baseline for name, seen in observed.items()}
+    bent = all(test.fixture.beam_mm is not None for test in tests.values())
+    if study.response != "max_force_N" or not bent:
+        return dict.fromkeys(observed, np.nan)
     return by_strength(tests, {n: (observed[n].value, observed[n].error) for n in split.on})

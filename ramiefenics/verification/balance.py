@@ -7,6 +7,7 @@ import pandas as pd
 from mpi4py import MPI
 
 from ramiefenics.published import published_test
+from ramiefenics.published.stalks import FIXTURE
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import override
@@ -35,7 +36,7 @@ def balance() -> Study:
     test = override(published_test("table3"), SHORT_STEPS)
     elastic = simulate(test, MPI.COMM_SELF)
     yielding = simulate(override(test, YIELDING), MPI.COMM_SELF)
-    stiffness = LayeredTube.of(test.stalk).three_point_stiffness(test.fixture.span_mm)
+    stiffness = LayeredTube.of(test.stalk).three_point_stiffness(FIXTURE.span_mm)
     return Study(
         "Energy balance and crushing",
         "The calibration stalk to 14 mm, screening mesh, friction 0.59 at rest and 0.12 in motion; "
@@ -44,7 +45,7 @@ def balance() -> Study:
         "be stored, rubbed off or dissipated by the material; drawn is the stalk that yields. The "
         "table divides the elastic stalk's travel into the deflection of a layered Timoshenko beam "
         "of the same span, "
-        f"{test.fixture.span_mm:g} mm, whose stiffness is {stiffness:.1f} N/mm, and the rest: the "
+        f"{FIXTURE.span_mm:g} mm, whose stiffness is {stiffness:.1f} N/mm, and the rest: the "
         "section crushed under the indenter and at the supports.",
         (
             *_checks("elastic", elastic),

@@ -1,0 +1,134 @@
+"""Rigid cylinders and plates, and what any arrangement of them tells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from ramiefenics.specification.checks import check_choice, check_number
+from ramiefenics.specification.errors import SpecificationError
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A rigid cylinder across the stalk, its axis along X, which touches the stalk at the start.
+
+    Attributes
+    ----------
+    name
+        A word of its own.
+    side
+        Where it is: ``above`` the stalk or ``below`` it.
+    moves
+        Whether it is driven, along -Y; the others are fixed.
+    z_mm
+        Place of its axis.
+    radius_mm
+        Radius; of a flat plate, infinite.
+    """
+
+    name: str
+    side: str
+    moves: bool
+    z_mm: float
+    radius_mm: float
+
+    def __post_init__(self) -> None:
+        """Check each by itself, and that what moves presses the stalk."""
+        if not isinstance(self.name, str) or not self.name.isidentifier():
+            allowed = "must be one word of letters, digits and underscores"
+            raise SpecificationError("name", self.name, allowed)
+        check_choice(self, "side", ("above", "below"))
+        check_choice(self, "moves", (True, False))
+        check_number(self, "z_mm", unit="mm")
+        if self.radius_mm != math.inf:
+            check_number(self, "radius_mm", above=0.0, unit="mm")
+        if self.moves and self.side == "below":
+            allowed = "must be above for what moves, which goes down"
+            raise SpecificationError("side", self.side, allowed)
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a plate."""
+        return math.isinf(self.radius_mm)
+
+    @property
+    def up(self) -> float:
+        """Direction along Y from the stalk to it, 1 above and -1 below."""
+        return 1.0 if self.side == "above" else -1.0
+
+
+class BeamSpans(NamedTuple):
+    """Distances of the axes in three- or four-point bending.
+
+    Attributes
+    ----------
+    supports_mm
+        Of the supports.
+    indenters_mm
+        Of the indenters; 0 for a single one.
+    """
+
+    supports_mm: float
+    indenters_mm: float
+
+    @property
+    def arm_mm(self) -> float:
+        """Distance of a support from the indenter next to it."""
+        return (self.supports_mm - self.indenters_mm) / 2.0
+
+
+class Arrangement:
+    """Rigid cylinders and plates, however they are stated."""
+
+    if TYPE_CHECKING:  # a property or a field
+
+        @property
+        def cylinders(self) -> tuple[Cylinder, ...]: ...  # noqa: D102
+
+    @property
+    def indenter(self) -> Cylinder:
+        """The first cylinder that moves."""
+        return next(cylinder for cylinder in self.cylinders if cylinder.moves)
+
+    @property
+    def support(self) -> Cylinder:
+        """The first cylinder that does not move."""
+        return next(cylinder for cylinder in self.cylinders if not cylinder.moves)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it is its own mirror image in the plane Z = 0."""
+        placed = {(c.side, c.moves, c.z_mm, c.radius_mm) for c in self.cylinders}
+        return placed == {(side, moves, -z, radius) for side, moves, z, radius in placed}
+
+    @property
+    def beam_mm(self) -> BeamSpans | None:
+        """Distances of a three- or four-point bending test; None of any other.
+
+        That is two cylinders below that are fixed, and one or two above and between them that move,
+        at equal distances from midspan; radii do not matter to a beam.
+        """
+        fixed = sorted(c.z_mm for c in self.cylinders if not c.moves)
+        moving = sorted(c.z_mm for c in self.cylinders if c.moves)
+        clamped = any(c.up > 0.0 for c in self.cylinders if not c.moves)
+        if clamped or len(fixed) != 2 or len(moving) > 2:
+            return None
+        if fixed[0] != -fixed[1] or moving[0] != -moving[-1] or moving[-1] >= fixed[1]:
+            return None
+        return BeamSpans(2.0 * fixed[1], 2.0 * moving[-1])
+
+    def check_beam(self, what: str) -> BeamSpans:
+        """Return the distances of three- or four-point bending, where nothing else can be taken.
+
+        Raises
+        ------
+        SpecificationError
+            If it is another arrangement.
+        """
+        if self.beam_mm is None:
+            placed = ", ".join(f"{c.name} {c.side} at {c.z_mm:g} mm" for c in self.cylinders)
+            allowed = f"must be that of three- or four-point bending, which {what} for"
+            raise SpecificationError("fixture", placed, allowed)
+        return self.beam_mm
