@@ -10,12 +10,15 @@ import pandas as pd
 import pytest
 from folders import check_folder, check_print
 from matplotlib import image
+from scipy.integrate import cumulative_trapezoid
 
 import ramiefenics as rf
 from ramiefenics.cli import main
+from ramiefenics.measured import RawCurve
 from ramiefenics.measured.work import work
 from ramiefenics.reduction import describe, equations
 from ramiefenics.reduction.groups import ordered
+from ramiefenics.validation.strength_rule import by_strength
 from ramiefenics.verification.beam import LayeredTube
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
@@ -64,6 +67,69 @@ def test_equation_3_is_the_ring_over_the_tube() -> None:
     half = (outermost - xylem) / 2
     found = equations.phloem_ratio(outermost, stalk.void_diameter_mm, half)
     assert found == pytest.approx(0.2142, rel=1e-9)
+
+
+def pressed_beam(span: float, inner: float, stiffness: float) -> tuple[float, float]:
+    """Indenters' deflection and largest moment under 1 N in all, by integrating the curvature."""
+    z = np.linspace(0.0, span / 2, 20001)
+    moment = np.minimum(z, (span - inner) / 2) / 2
+    slope = cumulative_trapezoid(moment / stiffness, z, initial=0.0)
+    deflection = cumulative_trapezoid(slope[-1] - slope, z, initial=0.0)
+    return float(np.interp((span - inner) / 2, z, deflection)), float(moment.max())
+
+
+@pytest.mark.parametrize("inner", [0.0, 30.0, 50.0])
+def test_bending_modulus_is_that_of_a_beam_with_one_or_two_indenters(inner: float) -> None:
+    young, second = 800.0, np.pi / 64 * (14.0**4 - 7.0**4)
+    deflection, moment = pressed_beam(150.0, inner, young * second)
+    found = equations.bending_modulus(1 / deflection, 150.0, 14.0, 7.0, inner_span_mm=inner)
+    assert found == pytest.approx(young, rel=1e-6)  # of the integration
+    stress = equations.maximum_stress(1.0, 150.0 - inner, second / 7.0)
+    assert stress == pytest.approx(moment * 7.0 / second, rel=1e-6)
+
+
+def straight_curve(folder: Path, *changes: str) -> Path:
+    """A data set of one specimen of 5 N/mm, up to 40 N, whose baseline has these changes."""
+    rf.write_test(rf.override(rf.ramie(14.0, 7.0, 0.7), changes), folder / "mine.toml")
+    travel = np.linspace(0.0, 8.0, 81)
+    curve = pd.DataFrame({"displacement_mm": travel, "force_N": 5.0 * travel})
+    records = {"stalk": RawCurve(folder / "stalk.csv", curve)}
+    return rf.write_dataset(records, folder / "set", str(folder / "mine.toml"))
+
+
+def test_four_point_data_are_reduced_by_their_own_formulae(tmp_path: Path) -> None:
+    path = straight_curve(tmp_path, "fixture.span_mm=150", "fixture.inner_span_mm=50")
+    found = rf.reduce_dataset(path).curves.iloc[0]
+    second = np.pi / 64 * (14.0**4 - 7.0**4)
+    deflection, moment = pressed_beam(150.0, 50.0, 1.0)
+    assert (found["span_mm"], found["inner_span_mm"]) == (150.0, 50.0)
+    assert found["bending_modulus_MPa"] == pytest.approx(5.0 * deflection / second, rel=1e-6)
+    assert found["strength_MPa"] == pytest.approx(40.0 * moment * 7.0 / second, rel=1e-6)
+    # by shear alone the deflection is P a / 2 U, of a beam with the arm a
+    shear_stiffness = 5.0 * 50.0 / 2
+    assert found["shear_modulus_MPa"] == equations.shear_modulus(shear_stiffness, 14.0, 7.0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["fixture.indenter_offset_mm=10", "numerics.domain=half"],
+        [f"fixture.{name}" for name in ("span_mm=0", "indenter_radius_mm=inf")],
+    ],
+)
+def test_other_fixtures_are_not_reduced(tmp_path: Path, changes: list[str]) -> None:
+    refused = r"fixture = 'indenter above at .* must be that of three- or four-point bending, which"
+    with pytest.raises(rf.SpecificationError, match=refused):
+        straight_curve(tmp_path, *changes)
+    test = rf.override(rf.ramie(14.0, 7.0, 0.7), changes)
+    with pytest.raises(rf.SpecificationError, match=refused):
+        by_strength({"stalk": test}, {"stalk": (40.0, 1.0)})
+    path = straight_curve(tmp_path)
+    rf.write_test(test, path / "baseline.toml")
+    text = (path / "dataset.toml").read_text()
+    (path / "dataset.toml").write_text(text.replace("[fixture]\nspan_mm = 100.0\n", ""))
+    with pytest.raises(rf.SpecificationError, match=rf"dataset\.toml\.{refused}"):
+        rf.read_dataset(path)
 
 
 @pytest.mark.parametrize(("void", "height"), [(0.0, 4.0), (0.0, 2.5), (3.0, 4.0), (3.0, 2.5)])

@@ -54,10 +54,11 @@ def deformed_picture(result: BendingResult, number: int = -1) -> NDArray[np.uint
         font_size=14,
         color="black",
     )
-    length = result.test.stalk.length_mm
-    plotter.camera_position = [(length, 0.3 * length, 0.45 * length), (0, 0, 0), (0, 1, 0)]
+    stalk = result.test.stalk
+    view = max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
+    plotter.camera_position = [(view, 0.3 * view, 0.45 * view), (0, 0, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.27 * length
+    plotter.camera.parallel_scale = 0.27 * view
     plotter.enable_anti_aliasing("ssaa")
     pixels = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     plotter.close()

@@ -104,6 +104,12 @@ class Arrangement:
         return placed == {(side, moves, -z, radius) for side, moves, z, radius in placed}
 
     @property
+    def off_centre(self) -> bool:
+        """Whether places along Z, whatever the radii, are not their mirror images in Z = 0."""
+        placed = {(c.side, c.moves, c.z_mm) for c in self.cylinders}
+        return placed != {(side, moves, -z) for side, moves, z in placed}
+
+    @property
     def beam_mm(self) -> BeamSpans | None:
         """Distances of a three- or four-point bending test; None of any other.
 
