@@ -223,7 +223,7 @@ class BendingResult(Result):
             drawn["section"] = Picture(
                 lambda: section_figure(self), "Section under the indenter, over the undeformed one."
             )
-            drawn["deformed"] = Picture(lambda: deformed_picture(self), "The bent stalk.")
+            drawn["deformed"] = Picture(lambda: deformed_picture(self), "The deformed stalk.")
         return drawn
 
     def specifications(self) -> dict[str, BendingTest]:
