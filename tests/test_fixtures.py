@@ -74,14 +74,17 @@ NOSE = ("nose", "above", True, 0.0, 5.0)
 SUPPORTS = (("right", "below", False, 50.0, 5.0), ("left", "below", False, -50.0, 5.0))
 
 
-def stated(*cylinders: tuple[str, str, bool, float, float]) -> list[str]:
+def stated(
+    *cylinders: tuple[str, str, bool, float, float], friction: float | None = None
+) -> list[str]:
     """Return the change that states a fixture's cylinders one by one, as in TOML."""
     names = ("name", "side", "moves", "z_mm", "radius_mm")
     tables = ", ".join(
         "{" + ", ".join(f"{n} = {json.dumps(v)}" for n, v in zip(names, c, strict=True)) + "}"
         for c in cylinders
     )
-    return [f"fixture={{cylinders = [{tables.replace('Infinity', 'inf')}]}}"]
+    rub = "" if friction is None else f", friction = {{static = {friction}, dynamic = {friction}}}"
+    return [f"fixture={{cylinders = [{tables.replace('Infinity', 'inf')}]{rub}}}"]
 
 
 def test_stated_cylinders_bend_as_those_of_the_named_fixture(coarse: rf.BendingTest) -> None:
@@ -229,9 +232,9 @@ def test_cantilever_between_two_rollers_finds_the_beams_stiffness() -> None:
         ("nose", "above", True, c, 5.0),
         ("pivot", "below", False, 0.0, 5.0),
         ("clamp", "above", False, -d, 5.0),
+        friction=0.1,
     )
-    friction = ["fixture.friction.static=0.1", "fixture.friction.dynamic=0.1"]
-    test = rod(*held, *friction, "numerics.domain=half")
+    test = rod(*held, "numerics.domain=half")
     beam = c**2 * (d + c) / (3 * YOUNG * SECOND_MM4) + c * (1 + c / d) / SHEAR_N
     # indentation makes it softer by some per cent, friction stiffer by less than one
     assert 0.95 < end(rf.simulate(test, MPI.COMM_SELF)) * beam / 2.0 < 1.01
