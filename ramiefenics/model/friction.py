@@ -85,10 +85,11 @@ class FrictionLaw:
         length = _length(slip / d)
         left, direction = ufl.exp(-length), slip / d / length
         fading = (1 - left**2) / 2
+        growing = ufl.max_value(length - 2 * (1 - left) + fading, 0)  # which rounding may miss
         return d * (
             fading * ufl.dot(b, b)
             + (1 - left) ** 2 * ufl.dot(b, direction)
-            + (length - 2 * (1 - left) + fading) * ufl.dot(direction, direction)
+            + growing * ufl.dot(direction, direction)
         )
 
     def coefficient(self, grip: Grip) -> Expr:

@@ -53,7 +53,7 @@ def balance() -> Study:
                 "elastic: smallest friction work of a step (N mm)",
                 float(elastic.curve["friction_work_Nmm"].diff().min()),
                 0.0,
-                "friction dissipates; where slip turns, it first gives back what presliding took",
+                "friction dissipates",
             ),
             *_checks("yielding", yielding),
             *_dissipation_checks(yielding),
