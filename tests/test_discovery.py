@@ -17,7 +17,7 @@ import pytest
 import tomli_w
 
 import ramiefenics as rf
-from ramiefenics.discovery.curves import CurveTask, normalised, simulated
+from ramiefenics.runs.curve import CurveTask, normalised, simulated
 from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.discovery.meshes import finer
 from ramiefenics.discovery.synthetic import Secret, make_dataset

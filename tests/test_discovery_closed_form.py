@@ -13,7 +13,7 @@ import pytest
 from folders import check_folder, check_print
 
 import ramiefenics as rf
-from ramiefenics.discovery.curves import CurveTask
+from ramiefenics.runs.curve import CurveTask
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.runs import Done
 

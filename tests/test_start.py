@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from ramiefenics import BendingTest, override
-from ramiefenics.discovery.curves import CurveTask
+from ramiefenics.runs.curve import CurveTask
 from ramiefenics.runs import Simulation
 
 EVERYTHING = """

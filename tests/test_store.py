@@ -24,7 +24,7 @@ from petsc4py import PETSc
 
 import ramiefenics as rf
 from ramiefenics.discovery import curves
-from ramiefenics.discovery.curves import CurveTask
+from ramiefenics.runs.curve import CurveTask
 from ramiefenics.runs import Runs, SharedRuns, Simulation, Store, simulation, store
 from ramiefenics.solve import provenance
 
@@ -211,7 +211,7 @@ def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Pa
         "import sys, json\n"
         "for name in sys.argv[2:]: __import__(name)\n"
         "import ramiefenics as rf\n"
-        "from ramiefenics.discovery.curves import CurveTask\n"
+        "from ramiefenics.runs.curve import CurveTask\n"
         "from ramiefenics.runs import Simulation\n"
         "test = rf.read_test(sys.argv[1])\n"
         "print(json.dumps([Simulation(test).keys(), CurveTask(test).keys()]))\n"

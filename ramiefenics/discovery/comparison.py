@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import Akima1DInterpolator
 
-from ramiefenics.discovery.curves import CurveTask, Mapper, simulated
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.discovery.meshes import finer, limit, on_mesh

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.discovery.comparison import Simulator, observe
-from ramiefenics.discovery.curves import Mapper
+from ramiefenics.runs.curve import Mapper
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.meshes import on_mesh

@@ -11,7 +11,7 @@ import numpy as np
 import tomli_w
 
 from ramiefenics.discovery.comparison import recorded
-from ramiefenics.discovery.curves import CurveTask, Mapper, simulated
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh

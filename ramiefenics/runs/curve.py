@@ -8,19 +8,38 @@ import io
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import pandas as pd
 
-from ramiefenics.discovery.factors import Factor
 from ramiefenics.model.laws import law_content, law_named
-from ramiefenics.runs import Done, key_of
-from ramiefenics.runs import Task as AnyTask
+from ramiefenics.runs.executor import Done, Task
+from ramiefenics.runs.store import key_of
 from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
 from ramiefenics.specification.files import to_dict
 
 MODULUS_MPA = 1000.0
 """Of the outermost layer along the fibres in what is simulated."""
+
+
+class Change(Protocol):
+    """By what a curve can be differentiated; a frozen dataclass.
+
+    Attributes
+    ----------
+    name
+        Of the column with the derivative.
+    TYPICAL
+        An amount that matters.
+    """
+
+    TYPICAL: ClassVar[float]
+
+    @property
+    def name(self) -> str: ...
+
+    def apply(self, test: BendingTest, amount: float, /) -> BendingTest:
+        """Return the changed specification; the same for zero."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +55,16 @@ class CurveTask:
     """
 
     test: BendingTest
-    factors: tuple[Factor, ...] = ()
+    factors: tuple[Change, ...] = ()
 
     def keys(self) -> tuple[str, ...]:
         """Return names for what comes out: with the derivatives, and without."""
         test = to_dict(normalised(self.test)[0]) | {"law": law_content(self.test.law)}
-        of_factors = [[to_dict(f) for f in some] for some in {self.factors: None, (): None}]
-        return tuple(key_of([test, some], __file__, inspect.getfile(Factor)) for some in of_factors)
+        names = []
+        for some in {self.factors: None, (): None}:
+            files = {inspect.getfile(type(factor)): None for factor in some}
+            names.append(key_of([test, [to_dict(f) for f in some]], __file__, *files))
+        return tuple(names)
 
     def compute(self) -> str:
         """Simulate; return the curve as CSV, in normalised moduli."""
@@ -86,7 +108,7 @@ class Mapper(Protocol):
 
     asked: int
 
-    def map(self, tasks: Sequence[AnyTask[pd.DataFrame]]) -> list[Done[pd.DataFrame]]:
+    def map(self, tasks: Sequence[Task[pd.DataFrame]]) -> list[Done[pd.DataFrame]]:
         """Return what came of tasks, in their order."""
 
 

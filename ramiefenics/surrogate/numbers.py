@@ -1,0 +1,119 @@
+"""The numbers by which stalks and fixtures differ, as coordinates."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import test_from_dict, to_dict
+
+Array = NDArray[np.floating[Any]]
+Path = tuple[str | int, ...]
+
+PARTS = ("stalk", "fixture")
+"""Of a specification, whose numbers are coordinates; all others must be the same."""
+
+LOGARITHMIC = ("_mm", "_MPa")
+"""Ends of the names of numbers whose logarithm is the coordinate."""
+
+
+SMALLEST = 1e-9
+"""What a number that is zero has the logarithm of: it is far from all that are not."""
+
+
+def numbers(test: BendingTest) -> dict[Path, float]:
+    """Return the numbers of stalk and fixture by their place."""
+    found: dict[Path, float] = {}
+
+    def walk(part: Any, path: Path) -> None:
+        if isinstance(part, float):
+            found[path] = part
+        elif isinstance(part, (dict, list)):
+            for key, value in part.items() if isinstance(part, dict) else enumerate(part):
+                walk(value, (*path, key))
+
+    data = to_dict(test)
+    for name in PARTS:
+        walk(data[name], (name,))
+    return found
+
+
+def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:
+    """Return the test with other numbers."""
+    data = copy.deepcopy(to_dict(test))
+    for path, value in values.items():
+        part = data
+        for key in path[:-1]:
+            part = part[key]
+        part[path[-1]] = value
+    return test_from_dict(data)
+
+
+def rest_of(test: BendingTest) -> str:
+    """Return all of a specification but these numbers, as text."""
+    blank = with_blanks(to_dict(test), numbers(test))
+    return json.dumps(blank, sort_keys=True, default=str)
+
+
+def with_blanks(data: Any, paths: Mapping[Path, float]) -> Any:
+    """Return nested mappings and lists without the values at some places."""
+    data = copy.deepcopy(data)
+    for path in paths:
+        part = data
+        for key in path[:-1]:
+            part = part[key]
+        part[path[-1]] = None
+    return data
+
+
+def is_logarithmic(path: Path) -> bool:
+    """Return whether a number's coordinate is its logarithm."""
+    return str(path[-1]).endswith(LOGARITHMIC)
+
+
+def coordinates(values: Mapping[Path, float], paths: Sequence[Path]) -> Array:
+    """Return coordinates of some numbers, shape (len(paths),)."""
+    return np.array(
+        [
+            math.log(max(values[path], SMALLEST)) if is_logarithmic(path) else values[path]
+            for path in paths
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A change of several coordinates at once.
+
+    Attributes
+    ----------
+    name
+        One word.
+    paths, weights
+        Which, and by how much per unit.
+    """
+
+    name: str
+    paths: tuple[Path, ...]
+    weights: tuple[float, ...]
+
+    TYPICAL: ClassVar[float] = 0.1
+    """A change that matters."""
+
+    def apply(self, test: BendingTest, amount: float) -> BendingTest:
+        """Return the specification with these coordinates changed."""
+        values, changed = numbers(test), {}
+        for path, weight in zip(self.paths, self.weights, strict=True):
+            change = amount * weight
+            factor = math.exp(change) if is_logarithmic(path) else 1.0
+            shift = 0.0 if is_logarithmic(path) else change
+            changed[path] = factor * values[path] + shift
+        return with_numbers(test, changed)

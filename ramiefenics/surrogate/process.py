@@ -1,0 +1,199 @@
+"""Gaussian process for values and directional derivatives, of several outputs at once.
+
+A prior with a straight line as its mean, whose coefficients nothing is known about, and a
+squared-exponential covariance with one length per coordinate. Derivatives are linear in the
+function, so they are observed like values, with derivatives of the covariance (Rasmussen and
+Williams 2006, sections 2.7 and 9.4). All outputs share lengths and noise, each has a scale of its
+own: they maximise the restricted likelihood. Prediction errors of observations left out, all that
+belong to one run at a time, follow without another fit (section 5.4.2 there).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+Array = NDArray[np.floating[Any]]
+
+LENGTHS = (0.5, 200.0)
+"""Of the covariance, where coordinates differ by one or so."""
+
+NOISE = (1e-6, 0.3)
+"""Standard deviation of the noise of values, and of derivatives, over the scale of the process."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Values and derivatives.
+
+    Attributes
+    ----------
+    at
+        Where, shape (N, d); they differ by one or so.
+    along
+        Direction of the derivative, shape (N, d), one or so; zero for a value.
+    value
+        Shape (N, m) for m outputs.
+    run
+        What each belongs to, shape (N,); each has one value, and derivatives.
+    """
+
+    at: Array
+    along: Array
+    value: Array
+    run: NDArray[np.integer[Any]]
+
+    @property
+    def plain(self) -> Array:
+        """1 where a value is observed, 0 where a derivative is, shape (N,)."""
+        return np.asarray(~self.along.any(axis=1), dtype=float)
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Observables in pairs: all in units of the lengths, shapes (n, 1, d), (1, N, d), (n, N, d)."""
+
+    along_a: Array
+    along_b: Array
+    apart: Array
+    plain_a: Array
+    plain_b: Array
+
+    @property
+    def of_a(self) -> Array:
+        return np.asarray((self.along_a * self.apart).sum(axis=2))
+
+    @property
+    def of_b(self) -> Array:
+        return np.asarray((self.along_b * self.apart).sum(axis=2))
+
+    @property
+    def decay(self) -> Array:
+        return np.exp(-0.5 * (self.apart**2).sum(axis=2))
+
+    @property
+    def factor(self) -> Array:
+        """What derivatives make of the covariance, over that of values."""
+        of_a, of_b = self.of_a, self.of_b
+        plain = self.plain_a * self.plain_b + self.plain_a * of_b - self.plain_b * of_a
+        return np.asarray(plain + (self.along_a * self.along_b).sum(axis=2) - of_a * of_b)
+
+    def gradient(self, by_covariance: Array) -> Array:
+        """Return derivatives by the logarithms of the lengths, given those by the covariance."""
+        of_a, of_b, factor = self.of_a, self.of_b, self.factor
+        weight, found = by_covariance * self.decay, []
+        for j in range(self.apart.shape[2]):
+            a, b, r = self.along_a[..., j], self.along_b[..., j], self.apart[..., j]
+            slopes = a * of_b + b * of_a + self.plain_b * a - self.plain_a * b
+            change = 2.0 * (r * slopes - a * b) + r**2 * factor
+            found.append((weight * change).sum())
+        return np.array(found)
+
+
+class Process:
+    """A Gaussian process given observations.
+
+    Parameters
+    ----------
+    observed
+        Values of at least two runs, and enough derivatives to tell of all coordinates.
+
+    Attributes
+    ----------
+    lengths
+        Of the covariance, shape (d,).
+    """
+
+    def __init__(self, observed: Observed) -> None:
+        self._observed = observed
+        value = observed.plain[:, None]
+        self._basis = np.hstack([value, value * observed.at + observed.along])
+        d = observed.at.shape[1]
+        bounds = [tuple(np.log(LENGTHS))] * d + [tuple(np.log(NOISE))] * 2
+        start = np.log([3.0] * d + [1e-3, 1e-2])
+        found = minimize(self._cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
+        self._set(found.x)
+
+    def _cost(self, log_parameters: Array) -> tuple[float, Array]:
+        """Return minus the logarithm of the restricted likelihood, but constants; its gradient.
+
+        By Rasmussen and Williams 2006, equations 2.45 and 5.9, with the scales at their best.
+        """
+        self._set(log_parameters)
+        outputs = len(self._scale2)
+        number = len(self._basis) - self._basis.shape[1]
+        cost = 0.5 * number * np.log(self._scale2).sum() + 0.5 * outputs * self._log_determinant
+        of_values = (self._weights / self._scale2) @ self._weights.T
+        by_covariance = 0.5 * (outputs * self._precision() - of_values)
+        by_length = self._pairs(self._observed.at, self._observed.along).gradient(by_covariance)
+        by_variance = 2.0 * np.diag(by_covariance) * self._noise**2
+        value = self._observed.plain > 0.0
+        by_noise = [by_variance[value].sum(), by_variance[~value].sum()]
+        return float(cost), np.concatenate([by_length, by_noise])
+
+    def _set(self, log_parameters: Array) -> None:
+        """Take lengths and noise, and find what predictions need."""
+        *lengths, of_value, of_derivative = np.exp(log_parameters)
+        observed, basis = self._observed, self._basis
+        self.lengths = np.array(lengths)
+        self._noise = np.where(observed.plain > 0.0, of_value, of_derivative)
+        covariance = self._covariance(observed.at, observed.along)
+        covariance[np.diag_indices_from(covariance)] += self._noise**2
+        self._root = cho_factor(covariance, lower=True)
+        self._inside = cho_solve(self._root, basis)
+        self._gram = cho_factor(basis.T @ self._inside, lower=True)
+        self._line = cho_solve(self._gram, self._inside.T @ observed.value)
+        self._weights = cho_solve(self._root, observed.value - basis @ self._line)
+        squares = (observed.value * self._weights).sum(axis=0)
+        self._scale2 = np.maximum(squares / (len(basis) - basis.shape[1]), 1e-300)
+        diagonals = np.concatenate([np.diag(self._root[0]), np.diag(self._gram[0])])
+        self._log_determinant = 2.0 * float(np.log(diagonals).sum())
+
+    def _precision(self) -> Array:
+        """Return the inverse covariance less what the mean takes of it."""
+        whole = cho_solve(self._root, np.eye(len(self._basis)))
+        return np.asarray(whole - self._inside @ cho_solve(self._gram, self._inside.T))
+
+    def _pairs(self, at: Array, along: Array) -> _Pairs:
+        observed = self._observed
+        apart = (at[:, None] - observed.at) / self.lengths
+        plain = np.asarray(~along.any(axis=1), dtype=float)[:, None]
+        scaled_a, scaled_b = along / self.lengths, observed.along / self.lengths
+        return _Pairs(scaled_a[:, None], scaled_b[None], apart, plain, observed.plain[None])
+
+    def _covariance(self, at: Array, along: Array) -> Array:
+        """Return covariances with what was observed, shape (n, N)."""
+        pairs = self._pairs(at, along)
+        return np.asarray(pairs.factor * pairs.decay)
+
+    def mean(self, at: Array) -> Array:
+        """Return the expected values, shape (n, m)."""
+        line = np.column_stack([np.ones(len(at)), at]) @ self._line
+        return np.asarray(line + self._covariance(at, np.zeros_like(at)) @ self._weights)
+
+    def sd(self, at: Array) -> Array:
+        """Return the standard deviations of the values without noise, shape (n, m)."""
+        across = self._covariance(at, np.zeros_like(at)).T
+        rest = np.column_stack([np.ones(len(at)), at]).T - self._inside.T @ across
+        variance = 1.0 - (across * cho_solve(self._root, across)).sum(axis=0)
+        variance += (rest * cho_solve(self._gram, rest)).sum(axis=0)
+        return np.sqrt(np.maximum(variance, 0.0)[:, None] * self._scale2)
+
+    def left_out(self) -> tuple[Array, Array]:
+        """Return errors of the values predicted from all other runs, and standard deviations.
+
+        Shape (runs, m) each, in the order of the runs' numbers.
+        """
+        precision, errors, deviations = self._precision(), [], []
+        for run in np.unique(self._observed.run):
+            own = self._observed.run == run
+            block = np.linalg.inv(precision[np.ix_(own, own)])
+            value = int(self._observed.plain[own].argmax())
+            errors.append(block[value] @ self._weights[own])
+            deviations.append(np.sqrt(max(block[value, value], 0.0) * self._scale2))
+        return np.array(errors), np.array(deviations)
