@@ -17,12 +17,12 @@ import pytest
 import tomli_w
 
 import ramiefenics as rf
-from ramiefenics.runs.curve import CurveTask, normalised, simulated
 from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.discovery.meshes import finer
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws import LAWS
 from ramiefenics.runs import Runs, workers
+from ramiefenics.runs.curve import CurveTask, normalised, simulated
 from ramiefenics.specification.files import to_dict
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")

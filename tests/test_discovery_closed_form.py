@@ -13,9 +13,9 @@ import pytest
 from folders import check_folder, check_print
 
 import ramiefenics as rf
-from ramiefenics.runs.curve import CurveTask
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.runs import Done
+from ramiefenics.runs.curve import CurveTask
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 

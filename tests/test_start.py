@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from ramiefenics import BendingTest, override
-from ramiefenics.runs.curve import CurveTask
 from ramiefenics.runs import Simulation
+from ramiefenics.runs.curve import CurveTask
 
 EVERYTHING = """
     import dolfinx, ufl

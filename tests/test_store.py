@@ -23,9 +23,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import ramiefenics as rf
-from ramiefenics.discovery import curves
-from ramiefenics.runs.curve import CurveTask
 from ramiefenics.runs import Runs, SharedRuns, Simulation, Store, simulation, store
+from ramiefenics.runs import curve as curves
+from ramiefenics.runs.curve import CurveTask
 from ramiefenics.solve import provenance
 
 FLIPS = 300

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import Akima1DInterpolator
 
-from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
@@ -19,6 +18,7 @@ from ramiefenics.discovery.verdict import smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine, SpecificationError
 
 POINTS_OF_A_LINE = 21
@@ -158,7 +158,7 @@ class Simulator:
     at_mm
         Displacements.
     runs
-        Does the simulations.
+        Answers tasks for curves.
     """
 
     def __init__(self, dataset: Dataset, at_mm: Array, runs: Mapper) -> None:
@@ -260,6 +260,16 @@ class Simulator:
             forces = curve.drop(columns="displacement_mm").mul(factor, axis=0)
             found.append(curve[["displacement_mm"]].join(forces))
         return found
+
+    def confirm(self, curves: Linearised, runs: Mapper) -> Linearised:
+        """Return the same with the forces of every specimen simulated, none of them learned."""
+        model = curves.model
+        tests = [model.test(specimen.test) for specimen in self._specimens]
+        raw = simulated(runs, [*map(self._task, tests)])
+        extrapolated = self._extrapolated(raw, model.effect, model.amplitude)
+        force = self._predictions(tests, extrapolated)
+        by_cells = force - self._predictions(tests, raw)
+        return dataclasses.replace(curves, force=force, mesh_correction=by_cells)
 
     def signature(self, base: Linearised, effect: Effect) -> Array:
         """Return the change of every curve by the effect's typical amplitude, per unit of it.

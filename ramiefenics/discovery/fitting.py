@@ -13,6 +13,7 @@ from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.verdict import MODEL_ERROR, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
+from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import SpecificationError
 
 ROUNDS = 5
@@ -121,6 +122,14 @@ class Fitter:
                 break
             curves = self._move(curves.model, fitted.log_factors, fitted.amplitude)
         return fitted
+
+    def confirmed(self, fitted: Fitted, effect: Effect | None, runs: Mapper) -> Fitted:
+        """Fit again near the same parameters, with every specimen's curve simulated."""
+        curves = self._simulator.confirm(fitted.curves, runs)
+        if effect is not None:
+            return self._with_effect(curves, effect)
+        evidence = self.evidence(curves)
+        return Fitted(curves, evidence, evidence.fit())
 
     def _with_effect(self, curves: Linearised, effect: Effect) -> Fitted:
         assert curves.by_effect is not None  # the model has an effect

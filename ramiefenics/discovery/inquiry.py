@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.discovery.comparison import Simulator, observe
-from ramiefenics.runs.curve import Mapper
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.meshes import on_mesh
-from ramiefenics.discovery.outcome import Discovery
+from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.verdict import (
     MISFIT,
     MODEL_ERROR,
@@ -29,7 +28,9 @@ from ramiefenics.discovery.verdict import (
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
+from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
+from ramiefenics.surrogate import LearnedCurves
 
 CONTENDERS, CONTENDER_GAIN, CONTENDER_RANGE = 3, 1.0, 5.0
 """Most suspects that are fitted in full, what they must gain before, and how far behind the best
@@ -97,9 +98,9 @@ class _Inquiry:
         tests = [specimen.test for specimen in dataset.specimens]
         self._dataset, self._stage = dataset, on_stage
         self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
-        self._runs = runs
+        self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
-        self._simulator = Simulator(dataset, self._observed.at_mm, runs)
+        self._simulator = Simulator(dataset, self._observed.at_mm, self._runs)
         self._fitter = Fitter(dataset, self._observed, self._simulator)
         self._rng = np.random.default_rng(seed)
         self._chances = 1.0, 1.0
@@ -214,6 +215,10 @@ class _Inquiry:
         gains = {name: scores[name].log_likelihood_ratio or 0.0 for name in fits}
         best = max(gains, key=lambda name: gains[name])
         found, others = fits[best], rivals(gains, best)
+        if self._runs.error > 0.0:
+            self._stage(f"confirming {best}", 2 * len(self._dataset.specimens))
+            baseline = self._fitter.confirmed(baseline, None, self._runs.runs)
+            found = self._fitter.confirmed(found, self._effects[best], self._runs.runs)
         left = self._misfit(found)
         if left < SIGNIFICANCE:
             return self._discovery("unknown", scores, baseline, found, left)
@@ -278,7 +283,7 @@ class _Inquiry:
             shape,
             share,
             tuple(confusable),
-            self._runs.asked,
+            Effort(self._runs.asked, self._runs.simulated, self._runs.error),
         )
 
 

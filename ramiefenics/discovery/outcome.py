@@ -26,6 +26,34 @@ from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
 
 
+@dataclass(frozen=True)
+class Effort:
+    """What force curves took.
+
+    Attributes
+    ----------
+    curves
+        Asked for.
+    simulations
+        Of which the others were learned, those done before included.
+    learned_error
+        The largest to be expected of a learned curve, over its peak; 0 if all were simulated.
+    """
+
+    curves: int
+    simulations: int
+    learned_error: float
+
+    def told(self) -> str:
+        """Return it as a sentence."""
+        if self.learned_error == 0.0:
+            return f"{self.curves} force curves, all of them simulated."
+        return (
+            f"{self.curves} force curves took {self.simulations} simulations; the others were "
+            f"learned from these, to {100 * self.learned_error:.1g} % of the peak."
+        )
+
+
 @dataclass(frozen=True, repr=False)
 class Discovery(Result):
     """What was found.
@@ -57,8 +85,8 @@ class Discovery(Result):
         Share of the baseline's squared errors of shape that the best suspect takes away.
     confusable_with
         Suspects that are not told apart, or would hardly be with weaker data.
-    simulations
-        How many it took, those done before included.
+    effort
+        What it took.
     """
 
     SUMMARY: ClassVar[str] = "verdict.json"
@@ -78,7 +106,7 @@ class Discovery(Result):
     shape_gain: Gain | None
     explained: float | None
     confusable_with: tuple[str, ...]
-    simulations: int
+    effort: Effort
 
     @property
     def fitted(self) -> Fitted:
@@ -141,6 +169,7 @@ class Discovery(Result):
             f"{100 * mesh:+.1f} % of the peak, as a finer mesh shows; of what the "
             f"fit leaves, up to {100 * left:+.1f} % is put down to mesh and "
             "simulator.",
+            self.effort.told(),
         ]
 
     @property
@@ -205,7 +234,7 @@ class Discovery(Result):
             "range_mm": self.dataset.range_mm,
             "dataset": to_dict(self.dataset.layout),
             "specification": to_dict(self.dataset.baseline),
-            "simulations": self.simulations,
+            **dataclasses.asdict(self.effort),
             "mesh": self.mesh,
             "mesh_correction": mesh,
             "put_down_to_simulator": left,

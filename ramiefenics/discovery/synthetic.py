@@ -11,12 +11,12 @@ import numpy as np
 import tomli_w
 
 from ramiefenics.discovery.comparison import recorded
-from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.discovery.evidence import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.effects import Effect
 from ramiefenics.published import ramie
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
 
 MESH = MeshRecipe(

@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 import pandas as pd
 
 from ramiefenics.model.laws import law_content, law_named
-from ramiefenics.runs.executor import Done, Task
+from ramiefenics.runs.executor import Done
 from ramiefenics.runs.store import key_of
 from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
 from ramiefenics.specification.files import to_dict
@@ -36,7 +36,7 @@ class Change(Protocol):
     TYPICAL: ClassVar[float]
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str: ...  # noqa: D102
 
     def apply(self, test: BendingTest, amount: float, /) -> BendingTest:
         """Return the changed specification; the same for zero."""
@@ -108,7 +108,7 @@ class Mapper(Protocol):
 
     asked: int
 
-    def map(self, tasks: Sequence[Task[pd.DataFrame]]) -> list[Done[pd.DataFrame]]:
+    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
         """Return what came of tasks, in their order."""
 
 

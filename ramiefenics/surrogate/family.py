@@ -138,16 +138,18 @@ class Family:
         return np.asarray(np.sqrt((relative**2).mean(axis=1)))
 
     def expected_errors(self, at: Array) -> Array:
-        """Return the error to be expected over the peak, shape (n,).
+        """Return the error to be expected over the peak, two standard deviations, shape (n,).
 
-        It is that of the process, times what errors of runs left out are more than that. It is
+        The process states them; where errors of runs left out are larger, as much larger. They are
         infinite in directions of which no run tells anything, and where the nearest run does not
         reach the end.
         """
         inside = self._inside(at)
         missed, expected = self.left_out
         caution = max(1.0, float(np.sqrt(((missed / expected) ** 2).mean())))
-        errors = caution * self._over_peak(self._process.mean(inside), self._process.sd(inside))
+        errors = (
+            2.0 * caution * self._over_peak(self._process.mean(inside), self._process.sd(inside))
+        )
         errors[[not self.spans(here[None] - self._centre) for here in at]] = np.inf
         if self._short:
             near, short = (self._nearest(inside, runs) for runs in (self._used, self._short))

@@ -28,6 +28,9 @@ TOLERANCE = 0.001
 FIRST = 4
 """Runs to the end before anything is learned."""
 
+WORTHWHILE = 12
+"""So many curves without derivatives are simulated one by one, rather than learned with them."""
+
 SMALL = 1e-3
 """Step of derivatives of learned curves, in the unit of the change."""
 
@@ -97,12 +100,14 @@ class LearnedCurves:
 
     Attributes
     ----------
+    runs
+        As given.
     asked
         Tasks so far.
     """
 
     def __init__(self, runs: Mapper) -> None:
-        self._runs = runs
+        self.runs = runs
         self._pools: dict[tuple[str, tuple[Path, ...]], _Pool] = {}
         self.asked = 0
 
@@ -125,7 +130,7 @@ class LearnedCurves:
             members.setdefault((rest_of(test), tuple(numbers(test))), []).append(index)
         found: dict[int, Done[pd.DataFrame]] = {}
         for key, indices in members.items():
-            pool = self._pools.setdefault(key, _Pool(self._runs, key[1]))
+            pool = self._pools.setdefault(key, _Pool(self.runs, key[1]))
             answers = pool.answer([tasks[index] for index in indices])
             found |= dict(zip(indices, answers, strict=True))
         return [found[index] for index in range(len(tasks))]
@@ -144,18 +149,48 @@ class _Pool:
 
     def __init__(self, mapper: Mapper, paths: tuple[Path, ...]) -> None:
         self._mapper, self._paths = mapper, paths
+        self._family: Family | None = None
+        self._learned_from = 0  # so many runs
         self.runs: list[Run] = []
         self.error = 0.0
 
     def answer(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
         """Return what came of tasks of this family."""
         questions = [_Question.of(task, self._paths) for task in tasks]
-        directions = self._directions(questions)
-        family, chosen = self._choose(questions)
-        while chosen:
-            self._simulate([questions[index] for index in chosen], directions)
-            family, chosen = self._choose(questions)
-        return [self._answer(question, family) for question in questions]
+        plain = not any(task.factors for task in tasks)
+        while unknown := self._unknown(questions):
+            if plain and len(unknown) <= WORTHWHILE:
+                self._simulate([questions[index] for index in unknown], ())
+                continue
+            at = np.array([questions[index].at for index in unknown])
+            chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
+            indices = list(unknown)
+            directions = self._directions(questions)
+            self._simulate([questions[indices[place]] for place in chosen], directions)
+        return [self._answer(question) for question in questions]
+
+    def _unknown(self, questions: Sequence[_Question]) -> dict[int, float]:
+        """Return the questions that cannot be answered yet, with the errors to be expected."""
+        left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
+        family = self._learn(questions[0].test.protocol.travel_mm)
+        if family is None or not left:
+            return dict.fromkeys(left, np.inf)
+        errors = family.expected_errors(np.array([questions[i].at for i in left]))
+        spanned = [family.spans(questions[i].changes) for i in left]
+        errors = np.where(spanned, errors, np.inf)
+        unknown = {i: float(e) for i, e in zip(left, errors, strict=True) if e > TOLERANCE}
+        if not unknown:
+            self.error = max(self.error, float(errors.max()))
+        return unknown
+
+    def _learn(self, travel_mm: float) -> Family | None:
+        """Return what the runs tell, if they are enough."""
+        if self._learned_from < len(self.runs):
+            self._learned_from = len(self.runs)
+            reached = [run for run in self.runs if run.reaches(travel_mm)]
+            enough = len(reached) >= FIRST and any(len(run.along) for run in reached)
+            self._family = Family(self.runs, travel_mm) if enough else None
+        return self._family
 
     def _directions(self, questions: Sequence[_Question]) -> tuple[Direction, ...]:
         """Return directions that span all differences and changes."""
@@ -175,36 +210,7 @@ class _Pool:
     def _direction(self, name: str, row: Array) -> Direction:
         used = np.flatnonzero(np.abs(row) > 1e-12)
         paths = tuple(self._paths[index] for index in used)
-        return Direction(name, paths, tuple(row[used].tolist()))
-
-    def _choose(self, questions: Sequence[_Question]) -> tuple[Family | None, list[int]]:
-        """Return what is known, and which questions to simulate next."""
-        unknown = [i for i, question in enumerate(questions) if self._run_of(question) is None]
-        if not unknown:
-            return self._family(questions), []
-        at = np.array([questions[i].at for i in unknown])
-        family = self._family(questions)
-        if family is None:
-            errors = np.full(len(unknown), np.inf)
-        else:
-            errors = family.expected_errors(at)
-            spanned = [family.spans(questions[i].changes) for i in unknown]
-            errors[~np.array(spanned)] = np.inf
-        if errors.max() < TOLERANCE:
-            self.error = max(self.error, float(errors.max()))
-            return family, []
-        return family, [unknown[i] for i in _spread(at, errors, self._number())]
-
-    def _number(self) -> int:
-        return len(os.sched_getaffinity(0))
-
-    def _family(self, questions: Sequence[_Question]) -> Family | None:
-        travel = questions[0].test.protocol.travel_mm
-        if sum(run.reaches(travel) for run in self.runs) < FIRST:
-            return None
-        if getattr(self, "_of", 0) != len(self.runs):
-            self._of, self._known = len(self.runs), Family(self.runs, travel)
-        return self._known
+        return Direction(name, paths, tuple(float(weight) for weight in row[used]))
 
     def _simulate(self, chosen: Sequence[_Question], directions: tuple[Direction, ...]) -> None:
         tasks = [CurveTask(question.test, directions) for question in chosen]
@@ -228,7 +234,7 @@ class _Pool:
                 return run
         return None
 
-    def _answer(self, question: _Question, family: Family | None) -> Done[pd.DataFrame]:
+    def _answer(self, question: _Question) -> Done[pd.DataFrame]:
         run = self._run_of(question)
         if run is not None and run.error is not None:
             return Done(None, run.error)
@@ -237,7 +243,8 @@ class _Pool:
             assert weights is not None  # or it would not be this run
             by_changes = weights @ run.by_direction_N
             return Done(question.curve(run.displacement_mm, run.force_N, by_changes))
-        assert family is not None  # nothing is unknown without
+        family = self._family
+        assert family is not None  # or it would be unknown
         step = SMALL * question.changes
         points = np.concatenate([question.at[None], question.at + step, question.at - step])
         force, *moved = family.force_N(points)

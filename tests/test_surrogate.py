@@ -1,0 +1,229 @@
+"""Curves learned from few simulations, of stalks whose force is a closed formula."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import approx_fprime
+
+from ramiefenics import BendingTest, SpecificationError, override, ramie
+from ramiefenics.discovery.factors import Factor, factors
+from ramiefenics.runs import Done
+from ramiefenics.runs.curve import CurveTask
+from ramiefenics.surrogate import LearnedCurves
+from ramiefenics.surrogate.learned import TOLERANCE
+from ramiefenics.surrogate.process import Observed, Process
+
+X_MM = np.linspace(0.0, 14.0, 29)
+
+
+def force_N(test: BendingTest) -> np.ndarray:
+    """A beam of layers whose section flattens: every number acts, none of them linearly."""
+    radii = np.array(test.stalk.radii_mm)
+    elastic = [layer.material.elastic for layer in test.stalk.layers]
+    bending = 12.0 * np.pi * np.dot([e.E_Z_MPa for e in elastic], np.diff(radii**4))
+    ring = np.dot([e.E_X_MPa for e in elastic], np.diff(radii) ** 3) / radii.mean()
+    flattening = bending / test.fixture.span_mm**3 / (40.0 * ring)
+    damage = sum(layer.material.large_strain.fibre_damage for layer in test.stalk.layers)
+    x = X_MM * test.stalk.stiffness_factor
+    return bending / test.fixture.span_mm**3 * x / (1.0 + flattening * x**2 / 100.0 + damage * x)
+
+
+class Beams:
+    """Stands in for `Runs`; counts."""
+
+    asked = 0
+
+    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+        self.asked += len(tasks)
+        return [self._done(task) for task in tasks]
+
+    def _done(self, task: CurveTask) -> Done[pd.DataFrame]:
+        force = force_N(task.test)
+        slopes = {
+            f.name: (force_N(f.apply(task.test, 1e-5)) - force_N(f.apply(task.test, -1e-5))) / 2e-5
+            for f in task.factors
+        }
+        return Done(pd.DataFrame({"displacement_mm": X_MM, "force_N": force, **slopes}))
+
+
+class Breaking(Beams):
+    """Stalks above a diameter break, and those far above it cannot be bent."""
+
+    def _done(self, task: CurveTask) -> Done[pd.DataFrame]:
+        outer = task.test.stalk.outer_diameter_mm
+        if outer > 16.5:
+            return Done(None, SpecificationError("stalk", outer, "must be thinner"))
+        done = super()._done(task)
+        return Done(done.result()[X_MM <= 7.0]) if outer > 15.5 else done
+
+
+def stalks(number: int, seed: int = 0) -> list[BendingTest]:
+    rng = np.random.default_rng(seed)
+    sizes = rng.normal((14.4, 7.4, 0.67), (0.6, 0.4, 0.05), (number, 3))
+    return [ramie(*size) for size in sizes]
+
+
+def misses(tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], factor: Factor | None):
+    """Return errors of force or derivative over the peak."""
+    found = []
+    for test, curve in zip(tests, curves, strict=True):
+        true = force_N(test)
+        column, expected = "force_N", true
+        if factor is not None:
+            column = factor.name
+            expected = (force_N(factor.apply(test, 1e-5)) - true) / 1e-5
+        read = np.interp(X_MM, curve["displacement_mm"], curve[column])
+        found.append(np.sqrt(((read - expected) ** 2).mean()) / true.max())
+    return np.array(found)
+
+
+def test_many_stalks_take_few_simulations() -> None:
+    tests, beams = stalks(100), Beams()
+    used = factors(tests[0])
+    learned = LearnedCurves(beams)
+    curves = [done.result() for done in learned.map([CurveTask(t, used) for t in tests])]
+    assert learned.asked == 100
+    assert learned.simulated == beams.asked < 20
+    assert 0.0 < learned.error <= TOLERANCE
+    errors = misses(tests, curves, None)
+    assert np.quantile(errors, 0.9) < TOLERANCE
+    for factor in used:  # what a tenth of it changes is as exact
+        assert 0.1 * np.quantile(misses(tests, curves, factor), 0.95) < TOLERANCE
+
+
+def test_what_moves_on_takes_few_more() -> None:
+    tests, beams = stalks(40), Beams()
+    used = factors(tests[0])
+    learned = LearnedCurves(beams)
+    learned.map([CurveTask(test, used) for test in tests])
+    before = beams.asked
+    moved = [used[0].apply(used[3].apply(test, -0.3), 0.2) for test in tests]
+    damaged = [
+        override(test, ["stalk.layers.phloem.material.large_strain.fibre_damage=0.01"])
+        for test in moved
+    ]
+    for changed in (moved, damaged):
+        curves = [done.result() for done in learned.map([CurveTask(t, used) for t in changed])]
+        assert misses(changed, curves, None).max() < 2.0 * TOLERANCE
+    assert beams.asked - before < 12
+    again = learned.map([CurveTask(test, used) for test in moved])
+    assert beams.asked - before < 12
+    assert len(again) == 40
+
+
+def test_far_away_is_simulated() -> None:
+    tests, beams = stalks(30), Beams()
+    used = factors(tests[0])
+    learned = LearnedCurves(beams)
+    learned.map([CurveTask(test, used) for test in tests])
+    before = beams.asked
+    giant = ramie(40.0, 10.0, 4.0)
+    (done,) = learned.map([CurveTask(giant, used)])
+    assert beams.asked == before + 1
+    assert done.result()["force_N"].to_numpy() == pytest.approx(force_N(giant), rel=1e-9)
+
+
+def test_few_curves_without_derivatives_are_simulated_plainly() -> None:
+    tests, beams = stalks(8), Beams()
+    learned = LearnedCurves(beams)
+    curves = [done.result() for done in learned.map([CurveTask(test) for test in tests])]
+    assert beams.asked == 8
+    assert learned.error == 0.0
+    assert misses(tests, curves, None).max() < 1e-9
+
+
+def test_early_ends_and_failures_are_not_learned() -> None:
+    """Stalks near a broken one are simulated themselves."""
+    tests = sorted(stalks(60), key=lambda test: test.stalk.outer_diameter_mm)
+    tests = [*tests, ramie(17.0, 7.4, 0.67)]
+    used = factors(tests[0])
+    learned = LearnedCurves(Breaking())
+    done = learned.map([CurveTask(test, used) for test in tests])
+    assert isinstance(done[-1].error, SpecificationError)
+    for test, one in zip(tests[:-1], done[:-1], strict=True):
+        broken = test.stalk.outer_diameter_mm > 15.5
+        assert (one.result()["displacement_mm"].iloc[-1] < 8.0) == broken
+
+
+def test_other_meshes_are_another_family() -> None:
+    tests, beams = stalks(30), Beams()
+    learned = LearnedCurves(beams)
+    used = factors(tests[0])
+    learned.map([CurveTask(test, used) for test in tests])
+    before = beams.asked
+    finer = [override(test, ["numerics.mesh.angular_elements=24"]) for test in tests]
+    learned.map([CurveTask(test, used) for test in finer])
+    assert beams.asked > before
+
+
+def observations(number: int, seed: int) -> Observed:
+    """Values and gradients of two smooth functions of two numbers."""
+    rng = np.random.default_rng(seed)
+    at, along, value, run = [], [], [], []
+    for index in range(number):
+        p, q = point = rng.uniform(-1.0, 1.0, 2)
+        wave, ridge = np.sin(p + 2.0 * q), np.exp(0.5 * p * q)
+        gradients = np.array(
+            [
+                [np.cos(p + 2.0 * q), 0.5 * q * ridge],
+                [2.0 * np.cos(p + 2.0 * q), 0.5 * p * ridge],
+            ]
+        )
+        at += [point] * 3
+        along += [np.zeros(2), *np.eye(2)]
+        value += [np.array([wave, ridge]), *gradients]
+        run += [index] * 3
+    return Observed(np.array(at), np.array(along), np.array(value), np.array(run))
+
+
+def test_gradient_of_the_likelihood_is_that_of_differences() -> None:
+    process = Process(observations(6, 1))
+    there = np.log([0.9, 1.6, 2e-3, 1e-2])
+    _, gradient = process._cost(there)
+    differences = approx_fprime(there, lambda p: process._cost(p)[0], 1e-6)
+    assert gradient == pytest.approx(differences, rel=1e-3, abs=1e-3)
+
+
+def test_left_out_is_what_the_others_predict() -> None:
+    """With the same lengths and noise, a process without the run's observations misses as much."""
+    observed = observations(8, 2)
+    process = Process(observed)
+    errors, deviations = process.left_out()
+    parameters = np.log([*process.lengths, process._noise[0], process._noise[1]])
+    out = observed.run == 3
+    rest = Process(
+        Observed(observed.at[~out], observed.along[~out], observed.value[~out], observed.run[~out])
+    )
+    rest._set(parameters)
+    here = observed.at[out][:1]
+    missed = observed.value[out][:1] - rest.mean(here)
+    assert errors[3] == pytest.approx(missed[0], rel=1e-5, abs=1e-9)
+    # the noise of the value left out is in its deviation; scales are those of all runs
+    scale = np.sqrt(process._scale2 / rest._scale2)
+    with_noise = np.sqrt(rest.sd(here)[0] ** 2 + process._noise[0] ** 2 * rest._scale2)
+    assert deviations[3] == pytest.approx(scale * with_noise, rel=1e-5)
+
+
+def test_process_knows_what_it_does_not() -> None:
+    """Of points between and outside, errors are as large as the deviations say."""
+    process = Process(observations(10, 3))
+    rng = np.random.default_rng(4)
+    at = rng.uniform(-1.3, 1.3, (200, 2))
+    p, q = at.T
+    errors = process.mean(at) - np.column_stack([np.sin(p + 2.0 * q), np.exp(0.5 * p * q)])
+    ratio = np.sqrt(((errors / np.maximum(process.sd(at), 1e-9)) ** 2).mean(axis=0))
+    assert np.all(ratio < 3.0)
+    assert np.abs(errors[np.abs(at).max(axis=1) < 1.0]).max() < 0.02
+
+
+def test_a_change_in_place_of_a_number_keeps_the_rest() -> None:
+    test = ramie(14.4, 7.4, 0.67)
+    other = replace(test, fixture=replace(test.fixture, span_mm=90.0))
+    learned = LearnedCurves(Beams())
+    one, two = learned.map([CurveTask(test), CurveTask(other)])
+    assert one.result()["force_N"].iloc[-1] < two.result()["force_N"].iloc[-1]
