@@ -15,7 +15,7 @@ from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
 from ramiefenics.surrogate import LearnedCurves
-from ramiefenics.surrogate.learned import TOLERANCE
+from ramiefenics.surrogate.pool import TOLERANCE
 from ramiefenics.surrogate.process import Observed, Process
 
 X_MM = np.linspace(0.0, 14.0, 29)

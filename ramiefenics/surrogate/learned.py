@@ -2,86 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
-from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.surrogate.family import Array, Family, Run
-from ramiefenics.surrogate.numbers import (
-    Direction,
-    Path,
-    coordinates,
-    is_logarithmic,
-    numbers,
-    rest_of,
-)
-
-TOLERANCE = 0.001
-"""Error of a learned curve over its peak: a third of what a simulation may be wrong by anyway."""
-
-FIRST = 4
-"""Runs to the end before anything is learned."""
-
-WORTHWHILE = 12
-"""So many curves without derivatives are simulated one by one, rather than learned with them."""
-
-SMALL = 1e-3
-"""Step of derivatives of learned curves, in the unit of the change."""
-
-
-@dataclass(frozen=True)
-class _Question:
-    """A task in coordinates.
-
-    Attributes
-    ----------
-    task
-        Which.
-    test, factor
-        Its normalised specification, and the factor to its forces.
-    at
-        Coordinates, shape (d,).
-    changes, scales
-        Of coordinates, and of the logarithm of the factor, by the task's factors, shapes (k, d)
-        and (k,).
-    """
-
-    task: CurveTask
-    test: BendingTest
-    factor: float
-    at: Array
-    changes: Array
-    scales: Array
-
-    @classmethod
-    def of(cls, task: CurveTask, paths: Sequence[Path]) -> _Question:
-        """Ask."""
-        test, factor = normalised(task.test)
-        changes, scales = np.zeros((len(task.factors), len(paths))), np.zeros(len(task.factors))
-        for k, change in enumerate(task.factors):
-            ends = []
-            for amount in (-SMALL, SMALL):
-                try:
-                    moved, moved_factor = normalised(change.apply(test, amount))
-                except SpecificationError:  # one-sided
-                    amount, moved, moved_factor = 0.0, test, 1.0
-                ends.append((amount, coordinates(numbers(moved), paths), np.log(moved_factor)))
-            (a, at_a, log_a), (b, at_b, log_b) = ends
-            changes[k], scales[k] = (at_b - at_a) / (b - a), (log_b - log_a) / (b - a)
-        return cls(task, test, factor, coordinates(numbers(test), paths), changes, scales)
-
-    def curve(self, displacement_mm: Array, force_N: Array, by_changes: Array) -> pd.DataFrame:
-        """Return the answer, given normalised forces and their derivatives by the changes."""
-        columns = {"displacement_mm": displacement_mm, "force_N": self.factor * force_N}
-        slopes = self.factor * (by_changes + self.scales[:, None] * force_N)
-        names = [factor.name for factor in self.task.factors]
-        return pd.DataFrame(columns | dict(zip(names, slopes, strict=True)))
+from ramiefenics.surrogate.coordinates import Path, numbers, rest_of
+from ramiefenics.surrogate.pool import Pool
 
 
 class LearnedCurves:
@@ -108,7 +36,7 @@ class LearnedCurves:
 
     def __init__(self, runs: Mapper) -> None:
         self.runs = runs
-        self._pools: dict[tuple[str, tuple[Path, ...]], _Pool] = {}
+        self._pools: dict[tuple[str, tuple[Path, ...]], Pool] = {}
         self.asked = 0
 
     @property
@@ -130,143 +58,7 @@ class LearnedCurves:
             members.setdefault((rest_of(test), tuple(numbers(test))), []).append(index)
         found: dict[int, Done[pd.DataFrame]] = {}
         for key, indices in members.items():
-            pool = self._pools.setdefault(key, _Pool(self.runs, key[1]))
+            pool = self._pools.setdefault(key, Pool(self.runs, key[1]))
             answers = pool.answer([tasks[index] for index in indices])
             found |= dict(zip(indices, answers, strict=True))
         return [found[index] for index in range(len(tasks))]
-
-
-class _Pool:
-    """Runs of one family.
-
-    Attributes
-    ----------
-    runs
-        So far.
-    error
-        Largest error to be expected of what was answered.
-    """
-
-    def __init__(self, mapper: Mapper, paths: tuple[Path, ...]) -> None:
-        self._mapper, self._paths = mapper, paths
-        self._family: Family | None = None
-        self._learned_from = 0  # so many runs
-        self.runs: list[Run] = []
-        self.error = 0.0
-
-    def answer(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        """Return what came of tasks of this family."""
-        questions = [_Question.of(task, self._paths) for task in tasks]
-        plain = not any(task.factors for task in tasks)
-        while unknown := self._unknown(questions):
-            if plain and len(unknown) <= WORTHWHILE:
-                self._simulate([questions[index] for index in unknown], ())
-                continue
-            at = np.array([questions[index].at for index in unknown])
-            chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
-            indices = list(unknown)
-            directions = self._directions(questions)
-            self._simulate([questions[indices[place]] for place in chosen], directions)
-        return [self._answer(question) for question in questions]
-
-    def _unknown(self, questions: Sequence[_Question]) -> dict[int, float]:
-        """Return the questions that cannot be answered yet, with the errors to be expected."""
-        left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
-        family = self._learn(questions[0].test.protocol.travel_mm)
-        if family is None or not left:
-            return dict.fromkeys(left, np.inf)
-        errors = family.expected_errors(np.array([questions[i].at for i in left]))
-        spanned = [family.spans(questions[i].changes) for i in left]
-        errors = np.where(spanned, errors, np.inf)
-        unknown = {i: float(e) for i, e in zip(left, errors, strict=True) if e > TOLERANCE}
-        if not unknown:
-            self.error = max(self.error, float(errors.max()))
-        return unknown
-
-    def _learn(self, travel_mm: float) -> Family | None:
-        """Return what the runs tell, if they are enough."""
-        if self._learned_from < len(self.runs):
-            self._learned_from = len(self.runs)
-            reached = [run for run in self.runs if run.reaches(travel_mm)]
-            enough = len(reached) >= FIRST and any(len(run.along) for run in reached)
-            self._family = Family(self.runs, travel_mm) if enough else None
-        return self._family
-
-    def _directions(self, questions: Sequence[_Question]) -> tuple[Direction, ...]:
-        """Return directions that span all differences and changes."""
-        at = np.array([*(q.at for q in questions), *(run.at for run in self.runs)])
-        changes = np.concatenate([q.changes for q in questions])
-        apart = np.concatenate([at - at.mean(axis=0), changes])
-        logarithmic = np.array([is_logarithmic(path) for path in self._paths])
-        _, sizes, axes = np.linalg.svd(apart[:, logarithmic], full_matrices=False)
-        rows = np.zeros((len(axes), len(self._paths)))
-        rows[:, logarithmic] = axes
-        rows = rows[sizes > 1e-4]
-        ranges = np.abs(apart).max(axis=0)
-        others = np.flatnonzero(~logarithmic & (ranges > 1e-9 * (1.0 + np.abs(at).max(axis=0))))
-        rows = np.concatenate([rows, np.diag(ranges)[others]])
-        return tuple(self._direction(f"direction_{k}", row) for k, row in enumerate(rows))
-
-    def _direction(self, name: str, row: Array) -> Direction:
-        used = np.flatnonzero(np.abs(row) > 1e-12)
-        paths = tuple(self._paths[index] for index in used)
-        return Direction(name, paths, tuple(float(weight) for weight in row[used]))
-
-    def _simulate(self, chosen: Sequence[_Question], directions: tuple[Direction, ...]) -> None:
-        tasks = [CurveTask(question.test, directions) for question in chosen]
-        along = np.zeros((len(directions), len(self._paths)))
-        for row, direction in zip(along, directions, strict=True):
-            row[[self._paths.index(path) for path in direction.paths]] = direction.weights
-        for question, done in zip(chosen, self._mapper.map(tasks), strict=True):
-            if done.error is not None:
-                nothing = np.zeros(0)
-                run = Run(question.at, along, nothing, nothing, nothing, done.error)
-            else:
-                x, force, *slopes = done.result().to_numpy().T
-                run = Run(question.at, along, x, force, np.array(slopes).reshape(-1, len(x)))
-            self.runs.append(run)
-
-    def _run_of(self, question: _Question) -> Run | None:
-        for run in reversed(self.runs):
-            if np.allclose(run.at, question.at, rtol=0.0, atol=1e-10) and (
-                run.error is not None or run.weights(question.changes) is not None
-            ):
-                return run
-        return None
-
-    def _answer(self, question: _Question) -> Done[pd.DataFrame]:
-        run = self._run_of(question)
-        if run is not None and run.error is not None:
-            return Done(None, run.error)
-        if run is not None:
-            weights = run.weights(question.changes)
-            assert weights is not None  # or it would not be this run
-            by_changes = weights @ run.by_direction_N
-            return Done(question.curve(run.displacement_mm, run.force_N, by_changes))
-        family = self._family
-        assert family is not None  # or it would be unknown
-        step = SMALL * question.changes
-        points = np.concatenate([question.at[None], question.at + step, question.at - step])
-        force, *moved = family.force_N(points)
-        up, down = np.array(moved).reshape(2, -1, len(force))
-        x = np.append(0.0, family.at_mm)
-        by_changes = np.pad((up - down) / (2.0 * SMALL), ((0, 0), (1, 0)))
-        return Done(question.curve(x, np.append(0.0, force), by_changes))
-
-
-def _spread(at: Array, errors: Array, number: int) -> list[int]:
-    """Return points with large errors that are far from one another; the middle if all are."""
-    scale = np.ptp(at, axis=0)
-    places = (at - at.mean(axis=0)) / np.where(scale > 0.0, scale, 1.0)
-    size = np.minimum(errors, 1.0)
-    if np.all(np.isinf(errors)):
-        chosen = [int((places**2).sum(axis=1).argmin())]
-    else:
-        chosen = [int(size.argmax())]
-    while len(chosen) < min(number, len(at)):
-        apart = ((places[:, None] - places[chosen]) ** 2).sum(axis=2).min(axis=1)
-        score = size * (1.0 - np.exp(-apart))
-        if size[score.argmax()] < TOLERANCE or score.max() <= 0.0:
-            break
-        chosen.append(int(score.argmax()))
-    return chosen

@@ -34,7 +34,7 @@ def numbers(test: BendingTest) -> dict[Path, float]:
     found: dict[Path, float] = {}
 
     def walk(part: Any, path: Path) -> None:
-        if isinstance(part, float):
+        if isinstance(part, float) and math.isfinite(part):
             found[path] = part
         elif isinstance(part, (dict, list)):
             for key, value in part.items() if isinstance(part, dict) else enumerate(part):
@@ -48,29 +48,23 @@ def numbers(test: BendingTest) -> dict[Path, float]:
 
 def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:
     """Return the test with other numbers."""
-    data = copy.deepcopy(to_dict(test))
+    return test_from_dict(_replaced(to_dict(test), values))
+
+
+def rest_of(test: BendingTest) -> str:
+    """Return all of a specification but these numbers, as text."""
+    blank = _replaced(to_dict(test), dict.fromkeys(numbers(test)))
+    return json.dumps(blank, sort_keys=True)
+
+
+def _replaced(data: Any, values: Mapping[Path, float | None]) -> Any:
+    """Return nested mappings and lists with other values at some places."""
+    data = copy.deepcopy(data)
     for path, value in values.items():
         part = data
         for key in path[:-1]:
             part = part[key]
         part[path[-1]] = value
-    return test_from_dict(data)
-
-
-def rest_of(test: BendingTest) -> str:
-    """Return all of a specification but these numbers, as text."""
-    blank = with_blanks(to_dict(test), numbers(test))
-    return json.dumps(blank, sort_keys=True, default=str)
-
-
-def with_blanks(data: Any, paths: Mapping[Path, float]) -> Any:
-    """Return nested mappings and lists without the values at some places."""
-    data = copy.deepcopy(data)
-    for path in paths:
-        part = data
-        for key in path[:-1]:
-            part = part[key]
-        part[path[-1]] = None
     return data
 
 
