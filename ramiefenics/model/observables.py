@@ -155,8 +155,10 @@ class Observer:
         )
         section = self._extent(position[self._section])
         self.material = self._points.evaluate()
-        stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
-        lost = 0.0 if problem.dissipation is None else fem.assemble_scalar(problem.dissipation)
+        stored, lost = (
+            float(comm.allreduce(energy, op=MPI.SUM) * problem.factor)
+            for energy in problem.solid.energies()
+        )
         work = sum(s.friction_work_Nmm for s in sums) * problem.factor
         penetration, in_radii = self._penetration(position)
         return Observables(
@@ -172,9 +174,9 @@ class Observer:
             overhang_mm=self._overhang(position, sums),
             penetration_mm=penetration,
             penetration_radii=in_radii,
-            stored_energy_Nmm=float(stored),
+            stored_energy_Nmm=stored,
             friction_work_Nmm=float(work),
-            dissipated_Nmm=float(comm.allreduce(lost, op=MPI.SUM) * problem.factor),
+            dissipated_Nmm=lost,
             min_volume_ratio=self._least(self.material.volume_ratio),
             min_principal_stretch=self._least(self.material.principal_stretch),
             min_acoustic_MPa=self._least(self.material.acoustic_MPa),

@@ -15,9 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 from dolfinx import fem
-from dolfinx.fem.petsc import assemble_matrix, create_matrix
 from mpi4py import MPI
 from petsc4py import PETSc
+
+from ramiefenics.model.equations import Equations
 
 log = logging.getLogger(__name__)
 
@@ -47,14 +48,10 @@ class Tangent:
 
     Parameters
     ----------
-    jacobian
-        Compiled form of the derivative.
-    bcs
-        Dirichlet conditions.
-    u
-        The state.
+    equations
+        Whose derivative it is.
     evaluate
-        Evaluates the residual at the state into a vector.
+        Evaluates the residual, that of the equations or more, into a vector.
     linear_solver
         As in `Stepping`.
 
@@ -66,14 +63,13 @@ class Tangent:
 
     def __init__(
         self,
-        jacobian: fem.Form,
-        bcs: list[fem.DirichletBC],
-        u: fem.Function,
+        equations: Equations,
         evaluate: Callable[[PETSc.Vec], None],
         linear_solver: str,
     ) -> None:
-        self._jacobian, self._bcs, self._u, self._evaluate = jacobian, bcs, u, evaluate
-        self._matrix = create_matrix(jacobian)
+        self._equations, self._evaluate = equations, evaluate
+        self._u = u = equations.displacement
+        self._matrix = equations.matrix
         self._state = u.x.petsc_vec.duplicate()
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()
@@ -154,10 +150,8 @@ class Tangent:
 
     def assemble(self, added: PETSc.Vec | None) -> float:
         """Assemble the tangent to be factorised next; return its mean diagonal entry, N/mm."""
+        self._equations.assemble()
         matrix = self._matrix
-        matrix.zeroEntries()
-        assemble_matrix(matrix, self._jacobian, self._bcs)
-        matrix.assemble()
         matrix.getDiagonal(self._diagonal)
         mean = float(self._diagonal.sum()) / matrix.size[0]
         self._diagonal.shift(RIGID_SHIFT * abs(mean))
