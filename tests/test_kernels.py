@@ -210,7 +210,7 @@ def check_cells(solid: Solid) -> None:
         term.add_forces(forces)
         equations = Equations(u, [term], bcs)
         equations.assemble()
-        results.append((forces, equations.matrix.convert("dense").getDenseArray().copy()))
+        results.append((forces, equations.matrix.petsc.convert("dense").getDenseArray().copy()))
     for one, other in zip(*results, strict=True):
         assert np.abs(one - other).max() < ROUNDING * np.abs(other).max()
     stored, lost = solid.kernel.energies()

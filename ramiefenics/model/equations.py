@@ -97,22 +97,18 @@ class Equations:
         set_bc(b, self.bcs, self.displacement.x.petsc_vec, -1.0)
 
     @cached_property
-    def matrix(self) -> PETSc.Mat:
+    def matrix(self) -> Matrix:
         """The derivative where it was last assembled."""
-        return self._matrix.petsc
-
-    @cached_property
-    def _matrix(self) -> Matrix:
         space = self.displacement.function_space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         return Matrix(compile_form(ufl.inner(u, v) * ufl.dx))
 
     def assemble(self) -> None:
         """Assemble the derivative at the displacement; 1 where it is held; collective."""
-        matrix = self._matrix.petsc
+        matrix = self.matrix.petsc
         matrix.zeroEntries()
         for term in self._terms:
-            term.add_stiffness(self._matrix, self.bcs)
+            term.add_stiffness(self.matrix, self.bcs)
             matrix.assemble(PETSc.Mat.AssemblyType.FLUSH)
         matrix.assemble()
         diagonal = matrix.getDiagonal()

@@ -24,7 +24,7 @@ class Matrix:
         Whether there is the array; without, there are none of the following.
     node_starts, node_columns
         Compressed rows of the nodes, with sorted columns.
-    starts, values
+    starts, columns, values
         The same rows, one per component of the displacement: where they begin, and the entries. An
         entry of a node has as many columns as components.
     """
@@ -44,9 +44,9 @@ class Matrix:
         self.starts = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
         in_row = np.arange(self.starts[-1]) - np.repeat(self.starts[:-1], lengths)
         place = np.repeat(np.repeat(size * starts[:-1], size), lengths) + in_row
-        indices = size * columns[place // size] + place % size
-        self.values = np.zeros(len(indices))
-        rows = self.starts.astype(PETSc.IntType), indices.astype(PETSc.IntType), self.values
+        self.columns = size * columns[place // size] + place % size
+        self.values = np.zeros(len(self.columns))
+        rows = self.starts.astype(PETSc.IntType), self.columns.astype(PETSc.IntType), self.values
         self.petsc = PETSc.Mat().createAIJWithArrays(len(lengths), rows, comm=PETSc.COMM_SELF)
         nodes = np.arange(len(starts) - 1, dtype=PETSc.IntType)
         same = PETSc.LGMap().create(nodes, bsize=size, comm=PETSc.COMM_SELF)

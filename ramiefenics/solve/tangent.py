@@ -19,6 +19,8 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from ramiefenics.model.equations import Equations
+from ramiefenics.model.matrix import Matrix
+from ramiefenics.solve.factors import single_factors
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +71,7 @@ class Tangent:
     ) -> None:
         self._equations, self._evaluate = equations, evaluate
         self._u = u = equations.displacement
-        self._matrix = equations.matrix
+        self._matrix = equations.matrix.petsc
         self._state = u.x.petsc_vec.duplicate()
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()
@@ -88,7 +90,7 @@ class Tangent:
             sizes = self._matrix.getSizes()
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
             self._solver.setOperators(product, self._matrix)
-            _factorise_by_mumps(self._solver)
+            _factorise(self._solver, equations.matrix)
         self._factorised = False
         self.iterations = 0
 
@@ -184,12 +186,20 @@ def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
     return solver
 
 
-def _factorise_by_mumps(solver: PETSc.KSP) -> None:
+def _factorise(solver: PETSc.KSP, matrix: Matrix) -> None:
     """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
 
     A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself.
     """
     pc = solver.getPC()
+    own = PETSc.Options(PREFIX).getAll()  # whoever sets options of PETSc's factors gets them
+    chosen = any(name.startswith(("pc_", "mat_mumps_")) for name in own)
+    single = None if chosen else single_factors(matrix)
+    if single is not None:
+        pc.setType("python")
+        pc.setPythonContext(single)
+        solver.setFromOptions()
+        return
     pc.setType("lu")
     pc.setFactorSolverType("mumps")
     solver.setFromOptions()

@@ -31,10 +31,10 @@ class Point:
         found = law_named(law)
         parameters = found.parameters_of(material)
         self._kernel = PointKernel(found, tuple(parameters))
-        self._parameters = np.array(list(parameters.values()))
+        self._parameters: Array = np.array(list(parameters.values()))
         start = {} if found.memory is None else dict(found.memory.start)
         self._shapes = {name: np.shape(value) for name, value in start.items()}
-        numbers = [float(x) for value in start.values() for x in np.ravel(value)]
+        numbers: list[float] = [float(x) for value in start.values() for x in np.ravel(value)]
         self._start: Array = np.array([*numbers, 0.0])
         self._last: Array = self._start
         self.duration_s = 0.0

@@ -43,7 +43,7 @@ def remainders() -> list[float]:
     free.assemble()
     direction = u.x.petsc_vec.duplicate()
     direction.array[:] = w
-    linear = (free.matrix * direction).array.copy()
+    linear = (free.matrix.petsc * direction).array.copy()
     forces = u.x.petsc_vec.duplicate()
     free.residual(forces)
     residual = forces.array.copy()

@@ -19,7 +19,7 @@ FOLDER = CACHE.parent / "kernels"
 
 
 @functools.cache
-def compiled(source: str, declarations: str) -> ModuleType:
+def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) -> ModuleType:
     """Compile C, or take it from the cache; return cffi's module.
 
     Parameters
@@ -28,11 +28,18 @@ def compiled(source: str, declarations: str) -> ModuleType:
         The code.
     declarations
         What of it is called from Python.
+    libraries
+        To link with.
+
+    Raises
+    ------
+    cffi.VerificationError
+        If it cannot be compiled.
     """
     # by this macro math.h offers its functions for several numbers at once; GCC itself defines it
     # only where NaN may be anything
     options = [*JIT_OPTIONS["cffi_extra_compile_args"], "-D__FAST_MATH__"]
-    key = "\n".join((source, declarations, *options, cffi.__version__))
+    key = "\n".join((source, declarations, *options, *libraries, cffi.__version__))
     name = f"kernel_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
     FOLDER.mkdir(parents=True, exist_ok=True)
     target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
@@ -42,7 +49,9 @@ def compiled(source: str, declarations: str) -> ModuleType:
             with tempfile.TemporaryDirectory(dir=FOLDER) as folder:
                 builder = cffi.FFI()
                 builder.cdef(declarations)
-                builder.set_source(name, source, extra_compile_args=options, libraries=["m"])
+                builder.set_source(
+                    name, source, extra_compile_args=options, libraries=["m", *libraries]
+                )
                 Path(builder.compile(tmpdir=folder)).rename(target)
     specification = importlib.util.spec_from_file_location(name, target)
     assert specification is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from ramiefenics.model.kernels.library import compiled
 from ramiefenics.model.kernels.material import material_source
 from ramiefenics.model.laws.base import Law
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 RESULTS = ("stress", "tangent", "energies", "update")
 
