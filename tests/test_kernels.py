@@ -15,6 +15,7 @@ import pytest
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
+from ramiefenics.specification.published import XYLEM
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.utils.stacks import StackDict
@@ -30,7 +31,6 @@ from ramiefenics.model.laws import LAWS, Law, law_named
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
 from ramiefenics.model.solid import Solid
 from ramiefenics.specification import Elastic
-from ramiefenics.specification.published import XYLEM
 from ramiefenics.verification.block import all_around, block, layers, second_order
 
 Array = NDArray[np.float64]

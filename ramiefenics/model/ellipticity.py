@@ -72,14 +72,20 @@ class MaterialPoints:
             self._tangent = compile_expression(tangent, points)
         self._shape = (count, len(points))
 
-    def evaluate(self) -> PointState:
-        """Return the current state."""
+    def evaluate(self, search: bool = False) -> PointState:
+        """Return the current state.
+
+        Parameters
+        ----------
+        search
+            Whether to seek acoustic eigenvalues, where that is wanted at all.
+        """
         F = self._gradients()
         volume_ratio = np.linalg.det(F)
         squared = _smallest_eigenvalue((F.transpose(0, 2, 1) @ F)[..., None])[:, 0]
         stretch = np.sqrt(np.maximum(squared, 0.0)) * np.sign(volume_ratio)
         acoustic: NDArray[np.float64] = np.full(len(F), np.nan)
-        if self._acoustic:
+        if search and self._acoustic:
             acoustic = smallest_acoustic_eigenvalue(self._tangents())
         fields = (volume_ratio, stretch, acoustic)
         return PointState(*(field.reshape(self._shape) for field in fields))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -51,7 +52,8 @@ class Observables:
         so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
         Lowest over all quadrature points, see `PointState`. Where the last is negative the
-        material has lost strong ellipticity, and the answer depends on the mesh.
+        material has lost strong ellipticity, and the answer depends on the mesh; it is NaN until
+        it is sought, see `Observer.search`.
     """
 
     force_N: float
@@ -181,6 +183,12 @@ class Observer:
             min_principal_stretch=self._least(self.material.principal_stretch),
             min_acoustic_MPa=self._least(self.material.acoustic_MPa),
         )
+
+    def search(self, observables: Observables) -> Observables:
+        """Add the least acoustic eigenvalue to what has been observed of the current state."""
+        self.material = self._points.evaluate(search=True)
+        least = self._least(self.material.acoustic_MPa)
+        return dataclasses.replace(observables, min_acoustic_MPa=least)
 
     def _least(self, values: NDArray[np.float64]) -> float:
         comm = self.problem.tube.mesh.comm
