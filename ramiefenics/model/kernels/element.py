@@ -13,6 +13,7 @@ import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
 
+from ramiefenics.model.compat import geometry_nodes
 from ramiefenics.model.kernels.library import compiled
 from ramiefenics.model.kernels.material import material_source
 from ramiefenics.model.laws.base import Law
@@ -145,7 +146,7 @@ class ElementKernel:
         element = mesh.ufl_domain().ufl_coordinate_element()
         element = element.sub_elements[0] if element.block_size > 1 else element
         slopes = element.tabulate(1, points)[1:]
-        at = mesh.geometry.x[mesh.geometry.dofmap[: self._all]]
+        at = mesh.geometry.x[geometry_nodes(mesh)[: self._all]]
         jacobian = np.einsum("cni,kqn->cqik", at, slopes.reshape(3, len(points), -1), optimize=True)
         inverse = np.zeros((self._all, 3, 3, padded))
         inverse[..., : len(points)] = np.linalg.inv(jacobian).transpose(0, 2, 3, 1)
