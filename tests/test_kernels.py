@@ -15,7 +15,6 @@ import pytest
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
-from ramiefenics.specification.published import XYLEM
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.utils.stacks import StackDict
@@ -30,6 +29,7 @@ from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws import LAWS, Law, law_named
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
 from ramiefenics.model.solid import Solid
+from ramiefenics.published.stalks import XYLEM
 from ramiefenics.specification import Elastic
 from ramiefenics.verification.block import all_around, block, layers, second_order
 
