@@ -18,10 +18,7 @@ from ramiefenics.verification.point import Point
 
 Array = NDArray[np.float64]
 
-REMEMBERING = [
-    pytest.param(name, marks=[] if name == "fibre_plasticity" else pytest.mark.slow)  # to compile
-    for name in sorted(name for name, law in LAWS.items() if law.memory is not None)
-]
+REMEMBERING = sorted(name for name, law in LAWS.items() if law.memory is not None)
 SHARES, TIMES = (0.3, 0.2), (2.0, 30.0)
 PRONY = {
     f"{name}_{i}{unit}": values[i - 1]
@@ -166,7 +163,6 @@ def test_fibres_that_yield_in_compression_are_the_default_laws_under_monotonic_l
         assert yielding.stress(F)[2, 2] == pytest.approx(saturating.stress(F)[2, 2], rel=2e-3)
 
 
-@pytest.mark.slow
 def test_crushed_tissue_bears_what_is_left_to_densify_says() -> None:
     material = with_constants(crushing_strain=0.06, densified=0.4)
     point, c11 = Point("crushing", material), XYLEM.elastic.stiffness()[0, 0]
@@ -186,7 +182,6 @@ def test_crushed_tissue_bears_what_is_left_to_densify_says() -> None:
     assert np.abs(point.stress(np.diag([np.exp(-area), 1.0, 1.0]))).max() < 1e-9 * c11
 
 
-@pytest.mark.slow
 def test_crushed_from_both_sides_it_is_crushed_in_both_directions() -> None:
     point, c11 = Point("crushing", XYLEM), XYLEM.elastic.stiffness()[0, 0]
     for stretch in np.linspace(1.0, 0.85, 301)[1:]:
@@ -231,7 +226,6 @@ def test_a_prony_series_relaxes_and_follows_a_constant_rate_exactly(
     assert found == pytest.approx(c33 * ((1 - shares.sum()) * end + relaxed.sum()), rel=1e-10)
 
 
-@pytest.mark.slow
 def test_shipped_viscoelastic_law_relaxes_by_its_shares_at_small_strain() -> None:
     only = {key: value for key, value in PRONY.items() if "_1" in key}
     point = Point("viscoelasticity", with_constants(**only))

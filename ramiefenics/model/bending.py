@@ -9,6 +9,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from ramiefenics.model.contact import Contact, ContactSums, Obstacle
+from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.solid import Solid
@@ -35,13 +36,10 @@ class BendingProblem:
     ----------
     tube, solid, contact
         The parts.
-    residual, jacobian
-        Compiled forms of the weak form and its exact derivative.
-    energy
-        Compiled form of the stored energy, N mm.
-    dissipation
-        Compiled form of the energy that the material has dissipated so far, N mm; None if it does
-        not.
+    terms
+        The solid's part of the equations, and contact's.
+    equations
+        Their sum.
     mass
         Compiled form of the consistent mass, bilinear, tonne.
     bcs
@@ -75,13 +73,8 @@ class BendingProblem:
         ]
         u = self.solid.displacement
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
-        self._parts = self.solid.virtual_work(v), self.contact.residual(v)
-        residual = sum(self._parts)
-        self.residual = compile_form(residual)
-        self.jacobian = compile_form(ufl.derivative(residual, u, du))
-        self.energy = compile_form(self.solid.energy())
-        dissipation = self.solid.dissipation()
-        self.dissipation = None if dissipation is None else compile_form(dissipation)
+        self.terms = self.solid.term(), FormTerm(self.contact.residual(v), u)
+        self.equations = Equations(u, self.terms, self.bcs)
         self.mass = compile_form(self.solid.density * ufl.inner(du, v) * self.solid.dx)
 
     @property
@@ -95,10 +88,9 @@ class BendingProblem:
         """The unknown."""
         return self.solid.displacement
 
-    def compile_parts(self) -> tuple[fem.Form, fem.Form]:
-        """Compile the two terms of the residual one by one: the solid's, and contact's."""
-        solid, contact = self._parts
-        return compile_form(solid), compile_form(contact)
+    def stored_energy(self) -> float:
+        """Return what this rank's cells store, N mm."""
+        return self.solid.energies()[0]
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all obstacles."""

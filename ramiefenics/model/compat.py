@@ -50,6 +50,14 @@ def geometry_order(mesh: dmesh.Mesh) -> int:
     return int(element.degree)
 
 
+def geometry_nodes(mesh: dmesh.Mesh) -> NDArray[np.int32]:
+    """Return the nodes of every cell's map among the mesh's points, shape (cells, nodes)."""
+    geometry = mesh.geometry
+    # likewise
+    nodes = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+    return np.asarray(nodes)
+
+
 def evaluate_on_facets(expression: Any, mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> Any:
     """Evaluate an expression, compiled for points of a facet.
 

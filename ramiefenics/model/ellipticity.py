@@ -64,24 +64,42 @@ class MaterialPoints:
         self._mesh = solid.mesh
         count = solid.mesh.topology.index_map(solid.mesh.topology.dim).size_local
         self._cells = np.arange(count, dtype=np.int32)
-        F = ufl.variable(solid.gradient(solid.displacement))
-        tangent = ufl.diff(solid.stress_at(F), F)
-        self._gradient = compile_expression(solid.gradient(solid.displacement), points)
-        self._tangent = compile_expression(tangent, points) if acoustic else None
+        self._kernel, self._acoustic = solid.kernel, acoustic
+        if self._kernel is None:
+            F = ufl.variable(solid.gradient(solid.displacement))
+            tangent = ufl.diff(solid.stress_at(F), F)
+            self._gradient = compile_expression(solid.gradient(solid.displacement), points)
+            self._tangent = compile_expression(tangent, points)
         self._shape = (count, len(points))
 
-    def evaluate(self) -> PointState:
-        """Return the current state."""
-        F = self._gradient.eval(self._mesh, self._cells).reshape(-1, 3, 3)
+    def evaluate(self, search: bool = False) -> PointState:
+        """Return the current state.
+
+        Parameters
+        ----------
+        search
+            Whether to seek acoustic eigenvalues, where that is wanted at all.
+        """
+        F = self._gradients()
         volume_ratio = np.linalg.det(F)
         squared = _smallest_eigenvalue((F.transpose(0, 2, 1) @ F)[..., None])[:, 0]
         stretch = np.sqrt(np.maximum(squared, 0.0)) * np.sign(volume_ratio)
         acoustic: NDArray[np.float64] = np.full(len(F), np.nan)
-        if self._tangent is not None:
-            tangent = self._tangent.eval(self._mesh, self._cells)
-            acoustic = smallest_acoustic_eigenvalue(tangent.reshape(-1, 3, 3, 3, 3))
+        if search and self._acoustic:
+            acoustic = smallest_acoustic_eigenvalue(self._tangents())
         fields = (volume_ratio, stretch, acoustic)
         return PointState(*(field.reshape(self._shape) for field in fields))
+
+    def _gradients(self) -> NDArray[np.float64]:
+        if self._kernel is not None:
+            return self._kernel.gradients().reshape(-1, 3, 3)
+        return np.asarray(self._gradient.eval(self._mesh, self._cells)).reshape(-1, 3, 3)
+
+    def _tangents(self) -> NDArray[np.float64]:
+        if self._kernel is not None:
+            return self._kernel.tangents().reshape(-1, 3, 3, 3, 3)
+        tangents = np.asarray(self._tangent.eval(self._mesh, self._cells))
+        return tangents.reshape(-1, 3, 3, 3, 3)
 
 
 def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.float64]:

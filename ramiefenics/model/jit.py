@@ -64,9 +64,10 @@ def _compiling(domain: Any) -> Iterator[None]:
     CACHE.mkdir(parents=True, exist_ok=True)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for source in CACHE.glob("*.c"):
-            if not source.with_suffix(".c.cached").exists():
-                source.unlink()
+        names = set(os.listdir(CACHE))
+        for name in names:
+            if name.endswith(".c") and f"{name}.cached" not in names:
+                (CACHE / name).unlink()
         yield
 
 

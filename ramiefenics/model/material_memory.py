@@ -38,18 +38,23 @@ class MaterialMemory:
     ----------
     last
         The variables by name, in UFL.
+    size
+        Number of their components.
+    points
+        Where the points are in the reference cell, shape (n, 3).
     """
 
     def __init__(self, mesh: dmesh.Mesh, order: int, start: Mapping[str, Any]) -> None:
         values = {name: np.asarray(value, dtype=np.float64) for name, value in start.items()}
-        self._size = sum(value.size for value in values.values())
+        self.size = sum(value.size for value in values.values())
         options = {"lagrange_variant": basix.LagrangeVariant.gl_warped, "discontinuous": True}
         cell = mesh.basix_cell()
         nodes = basix.ufl.element("Lagrange", cell, order, **options)
-        element = basix.ufl.element("Lagrange", cell, order, shape=(self._size,), **options)
+        element = basix.ufl.element("Lagrange", cell, order, shape=(self.size,), **options)
         self._function = fem.Function(fem.functionspace(mesh, element), name="memory")
-        self._numbers[:] = np.concatenate([value.ravel() for value in values.values()])
+        self.numbers[:] = np.concatenate([value.ravel() for value in values.values()])
         self._nodes = nodes.basix_element
+        self.points = self._nodes.points
         index_map = mesh.topology.index_map(mesh.topology.dim)
         self._cells = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
         self.last: dict[str, Expr] = {}
@@ -59,8 +64,14 @@ class MaterialMemory:
             first += value.size
 
     @property
-    def _numbers(self) -> np.ndarray:
-        return np.asarray(self._function.x.array.reshape(-1, self._size))
+    def places(self) -> np.ndarray:
+        """Where a cell's points are among `numbers`, shape (cells, points)."""
+        return np.asarray(self._function.function_space.dofmap.list)
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The variables by place and component, to be overwritten."""
+        return np.asarray(self._function.x.array.reshape(-1, self.size))
 
     def _variable(self, first: int, shape: tuple[int, ...]) -> Expr:
         if not shape:
@@ -77,23 +88,28 @@ class MaterialMemory:
             for name, last in self.last.items()
             for index in np.ndindex(last.ufl_shape)
         ]
-        return compile_expression(ufl.as_vector(numbers), self._nodes.points)
+        return compile_expression(ufl.as_vector(numbers), self.points)
 
-    def remember(self, variables: fem.Expression) -> None:
-        """Let every point remember new values, which may depend on the old ones."""
-        mesh = self._function.function_space.mesh
-        values = variables.eval(mesh, self._cells).reshape(-1, self._size)
-        self._numbers[self._function.function_space.dofmap.list[self._cells].ravel()] = values
+    def evaluate(self, variables: fem.Expression) -> NDArray[np.float64]:
+        """Return new values, from `compile`, as `numbers` has them."""
+        values = variables.eval(self._function.function_space.mesh, self._cells)
+        now = self.numbers.copy()
+        now[self.places[self._cells].ravel()] = values.reshape(-1, self.size)
+        return np.asarray(now)
+
+    def remember(self, now: NDArray[np.float64]) -> None:
+        """Let every point remember new values, as `numbers` has them."""
+        self.numbers[:] = now
 
     def interpolate(
-        self, variables: fem.Expression, points: NDArray[np.float64], cells: NDArray[np.int32]
+        self, now: NDArray[np.float64], points: NDArray[np.float64], cells: NDArray[np.int32]
     ) -> dict[str, NDArray[np.float64]]:
         """Return new values, not remembered yet, between the quadrature points.
 
         Parameters
         ----------
-        variables
-            From `compile`.
+        now
+            The values, as `numbers` has them.
         points
             In reference coordinates, shape (n, 3).
         cells
@@ -104,8 +120,7 @@ class MaterialMemory:
         dict
             By name, shape (cells, n, ...) with the variable's own shape in the end.
         """
-        mesh = self._function.function_space.mesh
-        values = variables.eval(mesh, cells).reshape(len(cells), -1, self._size)
+        values = now[self.places[cells]]
         shares = self._nodes.tabulate(0, points)[0, :, :, 0]
         between, first = np.einsum("pn,cns->cps", shares, values), 0
         found = {}

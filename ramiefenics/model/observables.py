@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -51,7 +52,8 @@ class Observables:
         so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
         Lowest over all quadrature points, see `PointState`. Where the last is negative the
-        material has lost strong ellipticity, and the answer depends on the mesh.
+        material has lost strong ellipticity, and the answer depends on the mesh; it is NaN until
+        it is sought, see `Observer.search`.
     """
 
     force_N: float
@@ -155,8 +157,10 @@ class Observer:
         )
         section = self._extent(position[self._section])
         self.material = self._points.evaluate()
-        stored = comm.allreduce(fem.assemble_scalar(problem.energy), op=MPI.SUM) * problem.factor
-        lost = 0.0 if problem.dissipation is None else fem.assemble_scalar(problem.dissipation)
+        stored, lost = (
+            float(comm.allreduce(energy, op=MPI.SUM) * problem.factor)
+            for energy in problem.solid.energies()
+        )
         work = sum(s.friction_work_Nmm for s in sums) * problem.factor
         penetration, in_radii = self._penetration(position)
         return Observables(
@@ -172,13 +176,19 @@ class Observer:
             overhang_mm=self._overhang(position, sums),
             penetration_mm=penetration,
             penetration_radii=in_radii,
-            stored_energy_Nmm=float(stored),
+            stored_energy_Nmm=stored,
             friction_work_Nmm=float(work),
-            dissipated_Nmm=float(comm.allreduce(lost, op=MPI.SUM) * problem.factor),
+            dissipated_Nmm=lost,
             min_volume_ratio=self._least(self.material.volume_ratio),
             min_principal_stretch=self._least(self.material.principal_stretch),
             min_acoustic_MPa=self._least(self.material.acoustic_MPa),
         )
+
+    def search(self, observables: Observables) -> Observables:
+        """Add the least acoustic eigenvalue to what has been observed of the current state."""
+        self.material = self._points.evaluate(search=True)
+        least = self._least(self.material.acoustic_MPa)
+        return dataclasses.replace(observables, min_acoustic_MPa=least)
 
     def _least(self, values: NDArray[np.float64]) -> float:
         comm = self.problem.tube.mesh.comm

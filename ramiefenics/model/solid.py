@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,11 +14,18 @@ from dolfinx import mesh as dmesh
 from numpy.typing import NDArray
 
 from ramiefenics.model.compat import geometry_order
+from ramiefenics.model.equations import FormTerm, Term
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.kernels.element import ElementKernel
+from ramiefenics.model.kernels.lowering import UnknownOperation
+from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws import law_named
 from ramiefenics.model.laws.base import Expr, State
 from ramiefenics.model.material_memory import MaterialMemory
 from ramiefenics.specification import Material
 from ramiefenics.specification.material import G_PER_CM3
+
+log = logging.getLogger(__name__)
 
 QUADRATURE_DEGREE = {1: 2, 2: 4}
 """Volume quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points, full integration."""
@@ -86,9 +95,22 @@ class Solid:
         if self.law.memory is not None:
             start = {**self.law.memory.start, DISSIPATED: 0.0}
             self._memory = MaterialMemory(mesh, self.order, start)
-            F = self.gradient(self.displacement)
-            state = self.state(F)
-            self._now = self._memory.compile({**state, DISSIPATED: self._dissipated(F, state)})
+
+    @cached_property
+    def kernel(self) -> ElementKernel | None:
+        """Integrals over the cells by generated C; None where the form compiler has to do it."""
+        try:
+            return ElementKernel(
+                self.law,
+                self._parameters,
+                self._memory,
+                self.displacement,
+                self.duration,
+                QUADRATURE_DEGREE[self.order],
+            )
+        except UnknownOperation as error:
+            log.info("law %s by the form compiler, which is slower: %s", self.law.name, error)
+            return None
 
     def _layerwise(self, name: str, cells: dmesh.MeshTags, values: Sequence[float]) -> fem.Function:
         """Return a cell-wise function with one value per layer."""
@@ -135,6 +157,26 @@ class Solid:
         """Return the stored energy of the mesh, a UFL functional, N mm."""
         return self.energy_density(self.gradient(self.displacement)) * self.dx
 
+    def term(self) -> Term:
+        """Return the stress's part of the equations."""
+        if self.kernel is not None:
+            return KernelTerm(self.kernel)
+        return FormTerm(self.virtual_work(ufl.TestFunction(self.space)), self.displacement)
+
+    def energies(self) -> tuple[float, float]:
+        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        if self.kernel is not None:
+            return self.kernel.energies()
+        stored, dissipated = self._energies
+        lost = 0.0 if dissipated is None else fem.assemble_scalar(dissipated)
+        return float(fem.assemble_scalar(stored)), float(lost)
+
+    @cached_property
+    def _energies(self) -> tuple[fem.Form, fem.Form | None]:
+        dissipation = self.dissipation()
+        compiled = None if dissipation is None else compile_form(dissipation)
+        return compile_form(self.energy()), compiled
+
     def virtual_work(self, v: Expr) -> Expr:
         """Return the stress's work on a test function, a UFL form, N mm."""
         if self._memory is None:
@@ -155,7 +197,7 @@ class Solid:
     def remember(self) -> None:
         """Let the material remember the current state as the end of a step, whose time is over."""
         if self._memory is not None:
-            self._memory.remember(self._now)
+            self._memory.remember(self._updated(self._memory))
         self.duration.value = 0.0
 
     def internal_variables(
@@ -179,8 +221,20 @@ class Solid:
         if self._memory is None or self.law.memory is None:
             return {}
         units = {**self.law.memory.units, DISSIPATED: "Nmm_per_mm3"}
-        values = self._memory.interpolate(self._now, points, cells)
+        values = self._memory.interpolate(self._updated(self._memory), points, cells)
         return {f"{n}_{units[n]}" if n in units else n: value for n, value in values.items()}
+
+    def _updated(self, memory: MaterialMemory) -> NDArray[np.float64]:
+        """Return what the material remembers of the current state, ghosts included."""
+        return memory.evaluate(self._now) if self.kernel is None else self.kernel.updated()
+
+    @cached_property
+    def _now(self) -> fem.Expression:
+        """The same, compiled."""
+        assert self._memory is not None
+        F = self.gradient(self.displacement)
+        state = self.state(F)
+        return self._memory.compile({**state, DISSIPATED: self._dissipated(F, state)})
 
     def cauchy(self) -> Expr:
         """Return the Cauchy stress, MPa, UFL shape (3, 3)."""

@@ -6,6 +6,8 @@ from typing import Protocol
 
 from dolfinx import fem
 
+from ramiefenics.model.equations import Equations
+
 
 class Driven(Protocol):
     """A structure, or the modelled part of one.
@@ -14,23 +16,16 @@ class Driven(Protocol):
     ----------
     displacement
         The unknown.
-    residual, jacobian
-        Compiled forms of the equations and their derivative.
-    energy
-        Compiled form of the stored energy, N mm.
+    equations
+        Residual and derivative; Dirichlet conditions are zero.
     mass
         Compiled form of the consistent mass, bilinear, tonne.
-    bcs
-        Dirichlet conditions; zero.
     factor
         From the modelled part to the whole structure.
     """
 
-    residual: fem.Form
-    jacobian: fem.Form
-    energy: fem.Form
+    equations: Equations
     mass: fem.Form
-    bcs: list[fem.DirichletBC]
     factor: float
 
     @property
@@ -41,6 +36,9 @@ class Driven(Protocol):
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement from which the first step is solved."""
+
+    def stored_energy(self) -> float:
+        """Return what this rank's cells store, N mm."""
 
     def remember(self) -> None:
         """Let friction and material remember the current state, on the way to an accepted one."""

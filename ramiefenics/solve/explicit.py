@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from dolfinx import fem, la
+from dolfinx import la
 from mpi4py import MPI
 
 from ramiefenics.model.bending import BendingProblem
@@ -46,6 +46,10 @@ SAMPLED_STEPS = 20
 START_ENERGY_ERROR = 0.5
 """Share of the energy that may appear or vanish at the start, where contact hides some of what
 little there is in the gaps that it leaves; an instability soon makes more than there was."""
+
+
+ROUNDING_NMM = 1e-9
+"""Energy that the rounding of a stalk's stress at rest may make, before anything touches it."""
 
 
 class SmoothStart:
@@ -99,8 +103,10 @@ class ExplicitTest:
         self._problem, self._protocol = problem, problem.test.protocol
         self._settings = settings = problem.test.numerics.explicit
         self._observer = Observer(problem)
-        self._solid_form, self._contact_form = problem.compile_parts()
-        self._total = fem.assemble_vector(self._contact_form)
+        self._solid, self._contact = problem.terms
+        self._total = la.vector(
+            problem.solid.space.dofmap.index_map, problem.solid.space.dofmap.index_map_bs
+        )
         self._nodes = [
             (obstacle.cylinder.moves, nodes)
             for obstacle, nodes in zip(
@@ -166,14 +172,14 @@ class ExplicitTest:
     def _residual(self) -> Array:
         """Evaluate the residual; on the way, what this rank has of the cylinders' forces."""
         self._total.array[:] = 0.0
-        fem.assemble_vector(self._total.array, self._contact_form)
+        self._contact.add_forces(self._total.array)
         vertical = self._total.array.reshape(-1, 3)[:, 1]
         pressed, borne = 0.0, 0.0
         for moves, nodes in self._nodes:
             force = float(vertical[nodes].sum())
             pressed, borne = (pressed + force, borne) if moves else (pressed, borne - force)
         self._evaluated_N = self._problem.factor * np.array([pressed, borne])
-        fem.assemble_vector(self._total.array, self._solid_form)
+        self._solid.add_forces(self._total.array)
         self._total.scatter_reverse(la.InsertMode.add)
         return self._total.array[: len(self.mass)]
 
@@ -196,6 +202,7 @@ class ExplicitTest:
         self._energy_Nmm = float(np.max(scales))  # NaN stays NaN
         spent = measured.friction_work_Nmm + measured.dissipated_Nmm
         missing = work - held - spent - damping
+        felt = not self._energy_Nmm <= ROUNDING_NMM  # NaN included
         return Point(
             time_s=self.motion.time_s,
             travel_mm=travel,
@@ -205,7 +212,7 @@ class ExplicitTest:
             indenter_work_Nmm=float(work),
             support_integral_Nmm=float(supports),
             damping_work_Nmm=damping,
-            energy_error=float(missing) / self._energy_Nmm if self._energy_Nmm else 0.0,
+            energy_error=float(missing) / self._energy_Nmm if felt else 0.0,
         )
 
     def _ending(self, point: Point, stopped: bool) -> Ending | None:

@@ -12,10 +12,10 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from dolfinx import fem
-from dolfinx.fem.petsc import assemble_vector, set_bc
+from dolfinx.fem.petsc import set_bc
 from petsc4py import PETSc
 
+from ramiefenics.model.equations import Equations
 from ramiefenics.solve.tangent import Tangent
 
 log = logging.getLogger(__name__)
@@ -71,30 +71,13 @@ class Inertia:
     time_step_s: float
 
 
-def evaluate_residual(
-    residual: fem.Form, bcs: list[fem.DirichletBC], u: fem.Function, b: PETSc.Vec
-) -> None:
-    """Evaluate a residual at `u`, which meets the Dirichlet conditions, into a vector."""
-    with b.localForm() as local:
-        local.set(0.0)
-    assemble_vector(b, residual)
-    b.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-    set_bc(b, bcs, u.x.petsc_vec, -1.0)
-
-
 class Newton:
-    """Solve ``residual(u) = 0`` from the current value of `u`.
-
-    Dirichlet conditions must be met by `u` already.
+    """Solve equations from the current displacement, which meets their Dirichlet conditions.
 
     Parameters
     ----------
-    residual, jacobian
-        Compiled forms.
-    u
-        The unknown; solved in place.
-    bcs
-        Dirichlet conditions.
+    equations
+        What to solve; the displacement in place.
     max_iterations
         Where to give up.
     linear_solver
@@ -108,22 +91,20 @@ class Newton:
 
     def __init__(
         self,
-        residual: fem.Form,
-        jacobian: fem.Form,
-        u: fem.Function,
-        bcs: list[fem.DirichletBC],
+        equations: Equations,
         max_iterations: int,
         linear_solver: str = "auto",
     ) -> None:
-        self._residual, self._u, self._bcs = residual, u, bcs
+        self._equations, self._u = equations, equations.displacement
         self._max_iterations = max_iterations
+        u = self._u
         self._b = u.x.petsc_vec.duplicate()
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
         self._work = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
         self._inertia: Inertia | None = None
-        self.tangent = Tangent(jacobian, bcs, u, self._evaluate, linear_solver)
+        self.tangent = Tangent(equations, self._evaluate, linear_solver)
 
     def solve(
         self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None
@@ -190,12 +171,12 @@ class Newton:
         return float(self._b.norm())
 
     def _evaluate(self, b: PETSc.Vec) -> None:
-        evaluate_residual(self._residual, self._bcs, self._u, b)
+        self._equations.residual(b)
         if self._inertia is not None:
             self._work.waxpy(-1.0, self._inertia.predicted, self._u.x.petsc_vec)
             self._work.pointwiseMult(self._work, self._diagonal)
             b.axpy(1.0, self._work)
-            set_bc(b, self._bcs, self._u.x.petsc_vec, -1.0)
+            set_bc(b, self._equations.bcs, self._u.x.petsc_vec, -1.0)
 
     def _set_inertia(self, inertia: Inertia | None) -> None:
         """Change the equations; factors of the tangent without or with other inertia are lost."""

@@ -129,14 +129,7 @@ class QuasiStatic(Generic[T]):
     ) -> None:
         self._problem, self._observe = problem, observe
         self._protocol, self._settings = protocol, settings
-        self.newton = Newton(
-            problem.residual,
-            problem.jacobian,
-            problem.displacement,
-            problem.bcs,
-            settings.max_iterations,
-            settings.linear_solver,
-        )
+        self.newton = Newton(problem.equations, settings.max_iterations, settings.linear_solver)
         self._motion: DynamicRelaxation | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()

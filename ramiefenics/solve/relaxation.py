@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 
-from dolfinx import fem
 from mpi4py import MPI
 
 from ramiefenics.solve.driven import Driven
@@ -93,7 +92,7 @@ class DynamicRelaxation:
 
     def _energy(self, time_step: float) -> float:
         """Return stored and kinetic energy after a time step of the change in the work vector."""
-        stored = fem.assemble_scalar(self._problem.energy)
+        stored = self._problem.stored_energy()
         stored = self._mass.comm.tompi4py().allreduce(stored, op=MPI.SUM)
         self._predicted.pointwiseMult(self._mass, self._work)
         return float(stored + self._predicted.dot(self._work) / (2.0 * time_step**2))

@@ -96,7 +96,7 @@ class BendingResult(Result):
 
     @property
     def losses_mm(self) -> dict[str, float]:
-        """Travel at the first step at which the material has lost a property; none if never.
+        """Travel at the first step at which a property is found lost; none if never.
 
         The keys are those of `LOSSES`: J is not positive, some principal stretch is below
         `Law.least_stretch`, the acoustic tensor has an eigenvalue that is not positive.

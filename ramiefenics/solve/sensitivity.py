@@ -20,7 +20,6 @@ from petsc4py import PETSc
 
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
-from ramiefenics.solve.newton import evaluate_residual
 from ramiefenics.solve.quasistatic import QuasiStatic
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import BendingTest, SpecificationError
@@ -176,7 +175,7 @@ class _Pair:
             u = twin.displacement.x
             u.petsc_vec.waxpy(amount, self._rate, self._base.displacement.x.petsc_vec)
             u.scatter_forward()
-            evaluate_residual(twin.residual, twin.bcs, twin.displacement, self._one)
+            twin.equations.residual(self._one)
             self._residual.axpy(self._sign(amount) / self._span, self._one)
         return float(self._residual.norm())
 

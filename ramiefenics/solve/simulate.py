@@ -71,6 +71,9 @@ def simulate(
     interrupted = None
     with stop_on_interrupt(comm) as request:
         for step in stepper.steps():
+            if step.save:
+                searched = observer.search(step.observables)
+                step = dataclasses.replace(step, observables=searched)
             steps.append(step)
             if step.save:
                 snapshots.append(camera.take(step.travel_mm, step.time_s))

@@ -15,9 +15,12 @@ from collections.abc import Callable
 
 import numpy as np
 from dolfinx import fem
-from dolfinx.fem.petsc import assemble_matrix, create_matrix
 from mpi4py import MPI
 from petsc4py import PETSc
+
+from ramiefenics.model.equations import Equations
+from ramiefenics.model.matrix import Matrix
+from ramiefenics.solve.factors import single_factors
 
 log = logging.getLogger(__name__)
 
@@ -47,14 +50,10 @@ class Tangent:
 
     Parameters
     ----------
-    jacobian
-        Compiled form of the derivative.
-    bcs
-        Dirichlet conditions.
-    u
-        The state.
+    equations
+        Whose derivative it is.
     evaluate
-        Evaluates the residual at the state into a vector.
+        Evaluates the residual, that of the equations or more, into a vector.
     linear_solver
         As in `Stepping`.
 
@@ -66,14 +65,13 @@ class Tangent:
 
     def __init__(
         self,
-        jacobian: fem.Form,
-        bcs: list[fem.DirichletBC],
-        u: fem.Function,
+        equations: Equations,
         evaluate: Callable[[PETSc.Vec], None],
         linear_solver: str,
     ) -> None:
-        self._jacobian, self._bcs, self._u, self._evaluate = jacobian, bcs, u, evaluate
-        self._matrix = create_matrix(jacobian)
+        self._equations, self._evaluate = equations, evaluate
+        self._u = u = equations.displacement
+        self._matrix = equations.matrix.petsc
         self._state = u.x.petsc_vec.duplicate()
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()
@@ -92,7 +90,7 @@ class Tangent:
             sizes = self._matrix.getSizes()
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
             self._solver.setOperators(product, self._matrix)
-            _factorise_by_mumps(self._solver)
+            _factorise(self._solver, equations.matrix)
         self._factorised = False
         self.iterations = 0
 
@@ -154,10 +152,8 @@ class Tangent:
 
     def assemble(self, added: PETSc.Vec | None) -> float:
         """Assemble the tangent to be factorised next; return its mean diagonal entry, N/mm."""
+        self._equations.assemble()
         matrix = self._matrix
-        matrix.zeroEntries()
-        assemble_matrix(matrix, self._jacobian, self._bcs)
-        matrix.assemble()
         matrix.getDiagonal(self._diagonal)
         mean = float(self._diagonal.sum()) / matrix.size[0]
         self._diagonal.shift(RIGID_SHIFT * abs(mean))
@@ -190,12 +186,20 @@ def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
     return solver
 
 
-def _factorise_by_mumps(solver: PETSc.KSP) -> None:
+def _factorise(solver: PETSc.KSP, matrix: Matrix) -> None:
     """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
 
     A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself.
     """
     pc = solver.getPC()
+    own = PETSc.Options(PREFIX).getAll()  # whoever sets options of PETSc's factors gets them
+    chosen = any(name.startswith(("pc_", "mat_mumps_")) for name in own)
+    single = None if chosen else single_factors(matrix)
+    if single is not None:
+        pc.setType("python")
+        pc.setPythonContext(single)
+        solver.setFromOptions()
+        return
     pc.setType("lu")
     pc.setFactorSolverType("mumps")
     solver.setFromOptions()

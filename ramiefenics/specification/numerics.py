@@ -149,7 +149,7 @@ class Numerics:
     explicit
         Explicit dynamics, which only `simulate_explicitly` and ``ramiefenics explicit`` use.
     acoustic_check
-        Search for the smallest acoustic eigenvalue after every step, and with it for the loss of
+        Search for the smallest acoustic eigenvalue at every saved step, and with it for the loss of
         ellipticity. Costs up to a third of a run; for sweeps around a specification that is known
         to be sound it can be left out.
     """

@@ -13,6 +13,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
@@ -99,12 +100,11 @@ class BoundaryValueProblem:
     ) -> None:
         self.solid, self.bcs = solid, bcs
         u = solid.displacement
-        v, du = ufl.TestFunction(solid.space), ufl.TrialFunction(solid.space)
-        internal = ufl.derivative(solid.energy(), u, v)
-        weak = internal if more is None else internal + more(v)
-        self._internal = compile_form(internal)
-        jacobian = compile_form(ufl.derivative(weak, u, du))
-        self._newton = Newton(compile_form(weak), jacobian, u, bcs, 30)
+        self._internal = solid.term()
+        terms = [self._internal]
+        if more is not None:
+            terms.append(FormTerm(more(ufl.TestFunction(solid.space)), u))
+        self._newton = Newton(Equations(u, terms, bcs), 30)
 
     def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> None:
         """Solve from the current displacement, which takes on what is prescribed.
@@ -123,7 +123,9 @@ class BoundaryValueProblem:
 
     def reactions(self) -> Array:
         """Return the internal forces at all degrees of freedom, N, shape (nodes, 3)."""
-        return np.asarray(fem.assemble_vector(self._internal).array.reshape(-1, 3))
+        forces = np.zeros(len(self.solid.displacement.x.array))
+        self._internal.add_forces(forces)
+        return forces.reshape(-1, 3)
 
 
 def norm(form: Any) -> float:

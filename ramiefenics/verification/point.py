@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import ufl
-from dolfinx import fem
-from dolfinx import mesh as dmesh
-from mpi4py import MPI
 from scipy.optimize import fsolve
 
-from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.kernels.points import PointKernel
 from ramiefenics.model.laws import law_named
 from ramiefenics.specification import Material
 from ramiefenics.verification.study import Array
@@ -32,66 +28,41 @@ class Point:
     """
 
     def __init__(self, law: str, material: Material) -> None:
-        self._mesh = mesh = dmesh.create_unit_cube(
-            MPI.COMM_SELF, 1, 1, 1, cell_type=dmesh.CellType.hexahedron
-        )
-        self._F, self._duration = fem.Constant(mesh, np.eye(3)), fem.Constant(mesh, 0.0)
         found = law_named(law)
-        start = {} if found.memory is None else found.memory.start
-        self._start = {name: np.asarray(value, dtype=np.float64) for name, value in start.items()}
-        self._last = {name: fem.Constant(mesh, value) for name, value in self._start.items()}
-        F = ufl.variable(self._F)
-        numbers = found.parameters_of(material)
-        p = {name: fem.Constant(mesh, float(value)) for name, value in numbers.items()}
-        step = F, p, self._last, self._duration
-        state, stress = found.state(*step), found.stress(*step)
-        self._expressions = {
-            "energy": found.stored(F, p, state),
-            "stress": stress,
-            "tangent": ufl.diff(stress, F),
-            "dissipated": found.dissipated(F, p, self._last, state, self._duration),
-            **state,
-        }
-        self._compiled: dict[str, fem.Expression] = {}
-
-    @property
-    def duration_s(self) -> float:  # noqa: D102
-        return float(self._duration.value)
-
-    @duration_s.setter
-    def duration_s(self, value: float) -> None:
-        self._duration.value = value
+        parameters = found.parameters_of(material)
+        self._kernel = PointKernel(found, tuple(parameters))
+        self._parameters: Array = np.array(list(parameters.values()))
+        start = {} if found.memory is None else dict(found.memory.start)
+        self._shapes = {name: np.shape(value) for name, value in start.items()}
+        numbers: list[float] = [float(x) for value in start.values() for x in np.ravel(value)]
+        self._start: Array = np.array([*numbers, 0.0])
+        self._last: Array = self._start
+        self.duration_s = 0.0
 
     def _evaluate(self, which: str, F: Array) -> Array:
-        if which not in self._compiled:
-            middle = np.full((1, 3), 0.5)
-            self._compiled[which] = compile_expression(self._expressions[which], middle)
-        self._F.value[:] = F
-        cell = np.zeros(1, dtype=np.int32)
-        return np.asarray(self._compiled[which].eval(self._mesh, cell)).reshape(-1)
+        return self._kernel.evaluate(which, F, self._parameters, self._last, self.duration_s)
 
     def state(self, F: Array) -> dict[str, Array]:
         """Return the internal variables at the end of a step to F, shape (3, 3)."""
+        ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes.values()])
+        parts = np.split(self._evaluate("update", F), ends)
         return {
-            name: self._evaluate(name, F).reshape(last.ufl_shape)
-            for name, last in self._last.items()
+            name: part.reshape(shape)
+            for (name, shape), part in zip(self._shapes.items(), parts, strict=False)
         }
 
     def forget(self) -> None:
         """Return to rest."""
-        for name, value in self._start.items():
-            self._last[name].value = value
+        self._last = self._start
 
     def remember(self, F: Array) -> float:
         """End a step at F, shape (3, 3); return what it dissipates, N/mm2."""
-        dissipated = float(self._evaluate("dissipated", F)[0]) if self._last else 0.0
-        for name, value in self.state(F).items():
-            self._last[name].value = value
-        return dissipated
+        before, self._last = self._last, self._evaluate("update", F)
+        return float(self._last[-1] - before[-1])
 
     def energy(self, F: Array) -> float:
         """Return the energy per undeformed volume, N/mm2, at F, shape (3, 3)."""
-        return float(self._evaluate("energy", F)[0])
+        return float(self._evaluate("energies", F)[0])
 
     def stress(self, F: Array) -> Array:
         """Return the first Piola-Kirchhoff stress, MPa, shape (3, 3)."""

@@ -92,9 +92,9 @@ class Memory:
     units: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Law:
-    """A stored energy, its parameters, and what it remembers.
+    """A stored energy, its parameters, and what it remembers; equal to itself only.
 
     The stress is the derivative of the stored energy by the deformation gradient at fixed internal
     variables (Coleman and Gurtin 1967, Eq. 6.2); the tangent is the derivative of that stress with

@@ -1,0 +1,61 @@
+"""Compiled C: made once on a machine, kept beside the compiled forms."""
+
+from __future__ import annotations
+
+import fcntl
+import functools
+import hashlib
+import importlib.util
+import sysconfig
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import cffi
+
+from ramiefenics.model.jit import CACHE, JIT_OPTIONS
+
+FOLDER = CACHE.parent / "kernels"
+
+
+@functools.cache
+def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) -> ModuleType:
+    """Compile C, or take it from the cache; return cffi's module.
+
+    Parameters
+    ----------
+    source
+        The code.
+    declarations
+        What of it is called from Python.
+    libraries
+        To link with.
+
+    Raises
+    ------
+    cffi.VerificationError
+        If it cannot be compiled.
+    """
+    # by this macro math.h offers its functions for several numbers at once; GCC itself defines it
+    # only where NaN may be anything
+    options = [*JIT_OPTIONS["cffi_extra_compile_args"], "-D__FAST_MATH__"]
+    key = "\n".join((source, declarations, *options, *libraries, cffi.__version__))
+    name = f"kernel_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    with (FOLDER / "lock").open("w") as lock:  # ends with its process, whatever happens to that
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not target.exists():
+            with tempfile.TemporaryDirectory(dir=FOLDER) as folder:
+                builder = cffi.FFI()
+                builder.cdef(declarations)
+                builder.set_source(
+                    name, source, extra_compile_args=options, libraries=["m", *libraries]
+                )
+                Path(builder.compile(tmpdir=folder)).rename(target)
+    specification = importlib.util.spec_from_file_location(name, target)
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module

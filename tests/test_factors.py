@@ -1,0 +1,46 @@
+"""Factors in single precision."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from ramiefenics import BendingTest
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.solve.factors import single_factors
+
+
+def test_they_solve_to_single_precision_and_follow_the_matrix(coarse: BendingTest) -> None:
+    problem = BendingProblem(coarse, MPI.COMM_SELF)
+    matrix = problem.equations.matrix
+    factors = single_factors(matrix)
+    if factors is None:
+        pytest.skip("there is no MUMPS in single precision here")
+    expected, b = matrix.petsc.createVecs()
+    expected.array[:] = 1e-30 * np.random.default_rng(1).standard_normal(expected.size)
+    for stiffness in (1.0, 7.0):
+        problem.equations.assemble()
+        diagonal = matrix.petsc.getDiagonal()
+        diagonal.shift(stiffness * diagonal.norm() / diagonal.size**0.5)
+        matrix.petsc.setDiagonal(diagonal)
+        matrix.petsc.mult(expected, b)
+        factors.setUp(None)
+        found = expected.duplicate()
+        factors.apply(None, b, found)
+        # single precision times a condition number of some hundreds
+        assert found.array == pytest.approx(expected.array, abs=1e-4 * np.abs(expected.array).max())
+
+
+def test_a_matrix_without_inverse_gives_no_number(coarse: BendingTest) -> None:
+    problem = BendingProblem(coarse, MPI.COMM_SELF)
+    matrix = problem.equations.matrix
+    factors = single_factors(matrix)
+    if factors is None:
+        pytest.skip("there is no MUMPS in single precision here")
+    x, b = matrix.petsc.createVecs()
+    b.set(1.0)
+    matrix.petsc.zeroEntries()
+    factors.setUp(None)
+    factors.apply(None, b, x)
+    assert np.isnan(x.array).all()
