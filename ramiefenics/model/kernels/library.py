@@ -43,19 +43,25 @@ def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) ->
     name = f"kernel_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
     FOLDER.mkdir(parents=True, exist_ok=True)
     target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    with (FOLDER / "lock").open("w") as lock:  # ends with its process, whatever happens to that
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not target.exists():
-            with tempfile.TemporaryDirectory(dir=FOLDER) as folder:
-                builder = cffi.FFI()
-                builder.cdef(declarations)
-                builder.set_source(
-                    name, source, extra_compile_args=options, libraries=["m", *libraries]
-                )
-                Path(builder.compile(tmpdir=folder)).rename(target)
+    if not target.exists():  # it appears as a whole
+        with (FOLDER / "lock").open("w") as lock:  # ends with its process, whatever happens to that
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not target.exists():
+                _build(target, source, declarations, options, ("m", *libraries))
     specification = importlib.util.spec_from_file_location(name, target)
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
     return module
+
+
+def _build(
+    target: Path, source: str, declarations: str, options: list[str], libraries: tuple[str, ...]
+) -> None:
+    with tempfile.TemporaryDirectory(dir=FOLDER) as folder:
+        builder = cffi.FFI()
+        builder.cdef(declarations)
+        name = target.name.partition(".")[0]
+        builder.set_source(name, source, extra_compile_args=options, libraries=list(libraries))
+        Path(builder.compile(tmpdir=folder)).rename(target)
