@@ -3,15 +3,15 @@
 Differentiating the equations ``R(u, a) = 0`` along the path gives ``K u' = - dR/da``: one more
 solve per step with the tangent K of the converged state. What a parameter changes in the residual
 (constants, coordinates of the mesh, the fixture, all that contact remembers of the step before) is
-found without stating any of it: twins of the problem, made from specifications on either side, are
-carried along the path in the state ``u + a u'``, and the difference of their residuals is ``dR/da``
-at first and the error of u' afterwards, which the factorised tangent corrects.
+found without stating any of it: a twin of the problem, made from a specification a small amount a
+away, is carried along the path in the state ``u + a u'``, and the difference of the residuals over
+a is ``dR/da`` at first and the error of u' afterwards, which the factorised tangent corrects.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import BendingTest, SpecificationError
 
 TWIN_SHARE, DIFFERENCE_SHARE = 1e-4, 0.1
-"""Distance of the twins, and of whole simulations where twins do not serve, over the typical size:
+"""Distance of a twin, and of whole simulations where twins do not serve, over the typical size:
 the former makes residuals linear, the latter is far above the error of a simulated force."""
 
 ACCURACY = 1e-6
@@ -97,8 +97,9 @@ def sensitivities(
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     stepper = QuasiStatic(problem, Observer(problem).observe, test.protocol, test.numerics.stepping)
-    pairs = {name: _Pair.make(problem, parameter) for name, parameter in parameters.items()}
-    smooth = {name: pair for name, pair in pairs.items() if pair is not None}
+    twins = {name: _Twin.make(problem, parameter) for name, parameter in parameters.items()}
+    smooth = {name: twin for name, twin in twins.items() if twin is not None}
+    residual = problem.displacement.x.petsc_vec.duplicate()
     rows: list[dict[str, float]] = []
     before = 0.0
     for step in stepper.steps():
@@ -107,9 +108,13 @@ def sensitivities(
             smooth.clear()
         if smooth and step.travel_mm > 0.0:
             stepper.newton.tangent.factorise()
-        for name, pair in list(smooth.items()):
-            slope = pair.follow(
-                step.travel_mm - before, row["force_N"], stepper.newton.tangent.apply_factors
+            problem.equations.residual(residual)
+        for name, twin in list(smooth.items()):
+            slope = twin.follow(
+                step.travel_mm - before,
+                row["force_N"],
+                residual,
+                stepper.newton.tangent.apply_factors,
             )
             if slope is None:
                 del smooth[name]
@@ -124,72 +129,82 @@ def sensitivities(
     return Sensitivities(curve[["displacement_mm", "force_N", *parameters]], others)
 
 
-class _Pair:
-    """Two twins of a problem, on either side of it along a parameter."""
+class _Twin:
+    """A problem a little way along a parameter, followed beside the base."""
 
-    def __init__(
-        self, base: BendingProblem, twins: dict[float, BendingProblem], typical: float
-    ) -> None:
-        self._base, self._twins, self._typical = base, twins, typical
-        self._span = max(twins) - min(twins)
+    def __init__(self, base: BendingProblem, twin: BendingProblem, parameter: Parameter) -> None:
+        self._base, self._twin = base, twin
+        self._typical, self._amount = parameter.typical, TWIN_SHARE * parameter.typical
         u = base.displacement.x.petsc_vec
-        self._rate, self._residual, self._one, self._correction = (u.duplicate() for _ in range(4))
+        self._rate, self._residual, self._correction = (u.duplicate() for _ in range(3))
         self._rate.set(0.0)
         self._started = False
 
     @classmethod
-    def make(cls, base: BendingProblem, parameter: Parameter) -> _Pair | None:
-        """Return the twins, or None if they have another mesh topology."""
+    def make(cls, base: BendingProblem, parameter: Parameter) -> _Twin | None:
+        """Return the twin, or None if it has another mesh topology."""
         comm = base.tube.mesh.comm
-        amounts = _either_side(base.test, parameter, TWIN_SHARE)
-        twins = {a: BendingProblem(parameter.change(base.test, a), comm) for a in amounts}
-        same = all(_same_topology(base, twin) for twin in twins.values())
-        return cls(base, twins, parameter.typical) if comm.allreduce(same, op=MPI.LAND) else None
+        test = parameter.change(base.test, TWIN_SHARE * parameter.typical)
+        twin = BendingProblem(test, comm, base.tube if _same_mesh(base.test, test) else None)
+        same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
+        return cls(base, twin, parameter) if same else None
 
     def follow(
-        self, length: float, force_N: float, solve: Callable[[PETSc.Vec, PETSc.Vec], None]
+        self,
+        length: float,
+        force_N: float,
+        residual: PETSc.Vec,
+        solve: Callable[[PETSc.Vec, PETSc.Vec], None],
     ) -> float | None:
-        """Go on with the base, which has converged; return the force's derivative, N per unit."""
+        """Go on with the base, which has converged; return the force's derivative, N per unit.
+
+        Parameters
+        ----------
+        length
+            Of the step, mm.
+        force_N, residual
+            Of the base.
+        solve
+            With the factors of its tangent.
+        """
         if length == 0.0:
             return 0.0
-        for twin in self._twins.values():
-            if self._started:
-                twin.accept()
-            twin.place(length, length / twin.test.protocol.speed_mm_per_s)
+        if self._started:
+            self._twin.accept()
+        self._twin.place(length, length / self._twin.test.protocol.speed_mm_per_s)
         self._started = True
-        sizes = [self._difference()]
+        sizes = [self._difference(residual)]
         for _ in range(MAX_CORRECTIONS):
             solve(self._residual, self._correction)
             self._rate.axpy(-1.0, self._correction)
-            sizes.append(self._difference())
+            sizes.append(self._difference(residual))
             rounding = sizes[-1] > 0.5 * sizes[-2]
             if sizes[-1] <= ACCURACY * sizes[0] or rounding:
                 break
-        enough = ACCURACY * max(sizes[0], abs(force_N) / self._typical)
-        return self._force() if sizes[-1] <= enough else None
+        if sizes[-1] > ACCURACY * max(sizes[0], abs(force_N) / self._typical):
+            return None
+        return (self._twin.forces(self._twin.contact.sums())[0] - force_N) / self._amount
 
-    def _difference(self) -> float:
-        """Put the twins in place; evaluate the residual's derivative and return its norm."""
-        self._residual.set(0.0)
-        for amount, twin in self._twins.items():
-            u = twin.displacement.x
-            u.petsc_vec.waxpy(amount, self._rate, self._base.displacement.x.petsc_vec)
-            u.scatter_forward()
-            twin.equations.residual(self._one)
-            self._residual.axpy(self._sign(amount) / self._span, self._one)
+    def _difference(self, residual: PETSc.Vec) -> float:
+        """Put the twin in place; evaluate the residual's derivative and return its norm."""
+        u = self._twin.displacement.x
+        u.petsc_vec.waxpy(self._amount, self._rate, self._base.displacement.x.petsc_vec)
+        u.scatter_forward()
+        self._twin.equations.residual(self._residual)
+        self._residual.axpy(-1.0, residual)
+        self._residual.scale(1.0 / self._amount)
         return float(self._residual.norm())
 
-    def _force(self) -> float:
-        return (
-            sum(
-                self._sign(amount) * twin.forces(twin.contact.sums())[0]
-                for amount, twin in self._twins.items()
-            )
-            / self._span
-        )
 
-    def _sign(self, amount: float) -> float:
-        return 1.0 if amount == max(self._twins) else -1.0
+def _same_mesh(one: BendingTest, other: BendingTest) -> bool:
+    """Return whether specifications differ by materials and friction at most."""
+    if len(one.stalk.layers) != len(other.stalk.layers):
+        return False
+    pairs = zip(other.stalk.layers, one.stalk.layers, strict=True)
+    layers = tuple(replace(layer, material=like.material) for layer, like in pairs)
+    stalk = replace(other.stalk, layers=layers)
+    fixture = replace(other.fixture, friction=one.fixture.friction)
+    return replace(other, stalk=stalk, fixture=fixture) == one
 
 
 def _either_side(test: BendingTest, parameter: Parameter, share: float) -> tuple[float, float]:
