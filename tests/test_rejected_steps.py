@@ -11,6 +11,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
+from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import LAWS, Law, Memory
 from ramiefenics.model.laws.base import Expr, State
@@ -73,22 +74,16 @@ class Bar:
     def __init__(self) -> None:
         mesh = block(*(np.array([0.0, 1.0]),) * 3)
         self.solid = solid = Solid(mesh, layers(mesh), [XYLEM], "plastic")
-        self.bcs = [hold(solid, on_planes(mesh, axis, 0.0), axis) for axis in range(3)]
+        bcs = [hold(solid, on_planes(mesh, axis, 0.0), axis) for axis in range(3)]
         self.target, self.last_mm = fem.Constant(mesh, 0.0), 0.0
         self.displacement = u = solid.displacement
         v, du = ufl.TestFunction(solid.space), ufl.TrialFunction(solid.space)
         up = ufl.conditional(ufl.gt(ufl.FacetNormal(mesh)[2], 0.5), 1.0, 0.0)
         pressure = BED * up * (self.target + u[2])
-        residual = solid.virtual_work(v) + pressure * v[2] * ufl.ds
-        self.residual = compile_form(residual)
-        self.jacobian = compile_form(ufl.derivative(residual, u, du))
-        bed = BED / 2 * up * (self.target + u[2]) ** 2 * ufl.ds
-        self.energy = compile_form(solid.energy() + bed)
+        self.equations = Equations(u, [solid.term(), FormTerm(pressure * v[2] * ufl.ds, u)], bcs)
+        self._bed = compile_form(BED / 2 * up * (self.target + u[2]) ** 2 * ufl.ds)
         self.mass = compile_form(solid.density * ufl.inner(du, v) * solid.dx)
         self._force = compile_form(pressure * ufl.ds)
-        dissipation = solid.dissipation()
-        assert dissipation is not None
-        self._dissipation = compile_form(dissipation)
         self.accepted = [self.remembered]
 
     def place(self, travel: float, duration_s: float) -> None:
@@ -107,14 +102,17 @@ class Bar:
         self.accepted.append(self.remembered)
 
     def observe(self) -> Reading:
-        forms = (self._force, self.energy, self._dissipation)
-        return Reading(*(float(fem.assemble_scalar(form)) for form in forms))
+        force = float(fem.assemble_scalar(self._force))
+        return Reading(force, self.stored_energy(), self.solid.energies()[1])
+
+    def stored_energy(self) -> float:
+        return self.solid.energies()[0] + float(fem.assemble_scalar(self._bed))
 
     @property
     def remembered(self) -> bytes:
         """All that the material knows of before the step."""
         assert self.solid._memory is not None
-        return self.solid._memory._function.x.array.tobytes()
+        return self.solid._memory.numbers.tobytes()
 
     def plastic(self, *points: tuple[float, float, float]) -> np.ndarray:
         """The plastic strain of the current state."""
