@@ -21,7 +21,7 @@ import numpy as np
 from record import DOCS, read_record, table, write_record
 
 from ramiefenics.discovery.synthetic import Secret, make_dataset
-from ramiefenics.effects import EFFECTS
+from ramiefenics.effects import SUSPECTS
 from ramiefenics.runs import Runs
 
 CASES_EACH, NULLS = 6, 12
@@ -32,7 +32,7 @@ def secrets() -> dict[str, tuple[Secret, int]]:
     """Return secret and seed of every case, effects in turn so that any beginning is mixed."""
     cases: dict[str, tuple[Secret, int]] = {}
     for turn in range(CASES_EACH):
-        for number, (name, effect) in enumerate(EFFECTS.items()):
+        for number, (name, effect) in enumerate(SUSPECTS.items()):
             seed = 3000 + 10 * turn + number
             sign = np.random.default_rng(seed).choice([-1.0, 1.0]) if effect.bounds[0] < 0 else 1.0
             cases[f"{name} {turn + 1}"] = Secret(effect, float(sign * effect.typical)), seed
@@ -64,9 +64,9 @@ def run(secret: Secret, seed: int) -> dict[str, Any]:
 
 def summary(record: dict[str, dict[str, Any]]) -> str:
     """Return the confusion table and one row per case, in Markdown."""
-    columns = [*EFFECTS, "ambiguous", "unknown", "none"]
+    columns = [*SUSPECTS, "ambiguous", "unknown", "none"]
     rows = []
-    for hidden in (*EFFECTS, None):
+    for hidden in (*SUSPECTS, None):
         cases = [case for case in record.values() if case["hidden"] == hidden]
         said = [c["causes"][0] if c["verdict"] == "cause" else c["verdict"] for c in cases]
         counts = [str(said.count(column) or "") for column in columns]

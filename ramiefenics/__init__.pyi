@@ -15,6 +15,7 @@ from .discovery import (
 )
 from .effects import (
     EFFECTS as EFFECTS,
+    SUSPECTS as SUSPECTS,
     Effect as Effect,
 )
 from .measured import (

@@ -54,12 +54,13 @@ def as_result() -> Callable[..., BendingResult]:
     """Make a result of a curve that no solver computed."""
 
     def make(test: BendingTest, x: np.ndarray, force: np.ndarray) -> BendingResult:
-        curve = pd.DataFrame({"displacement_mm": x, "recorded_displacement_mm": x})
+        displacement, recorded = test.machine.recorded(x, force)
+        curve = pd.DataFrame({"displacement_mm": x, "recorded_displacement_mm": displacement})
         completed = x[-1] >= test.protocol.travel_mm
         ending = Ending("completed") if completed else Ending("physical", "the void has closed")
         statistics = Statistics(9, 1, 28, 30, 60, 0, 1.0, 1)
         losses = {"min_volume_ratio": 1.0, "min_principal_stretch": 1.0, "min_acoustic_MPa": 1.0}
-        curve = curve.assign(force_N=force, **losses)
+        curve = curve.assign(force_N=force, recorded_force_N=recorded, **losses)
         return BendingResult(test, curve, (), statistics, ending)
 
     return make

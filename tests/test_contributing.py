@@ -1,4 +1,4 @@
-"""What CONTRIBUTING.md says of a new data format works when it is followed to the letter."""
+"""What CONTRIBUTING.md says of a format of data, and of an effect, works to the letter."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.cli.effects import add_effects
+from ramiefenics.effects import load_effects
 
 ROOT = Path(__file__).parents[1]
 TRAVEL = np.linspace(0.0, 14.0, 57)
@@ -107,3 +109,20 @@ def test_a_faulty_reader_is_told(
 def test_options_that_a_format_has_not_are_refused(raw: Path) -> None:
     with pytest.raises(rf.SpecificationError, match=r"rate_Hz = 5\.0 must be left out"):
         rf.read_raw([raw], "instron", rate_Hz=5.0)
+
+
+def test_an_effect_of_the_users_own_file(tmp_path: Path) -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    page = text.partition("## Add an effect")[2].partition("\n## ")[0]
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "worn.py").write_text(block)
+    (tmp_path / "ramiefenics").symlink_to(ROOT / "ramiefenics")
+    (line,) = re.findall(r"^    ramiefenics (effects .*)$", page, re.MULTILINE)
+    run(tmp_path, line.split())
+    (effect,) = load_effects(tmp_path / "worn.py").values()
+    (words,) = re.findall(r"^    ramiefenics bend (.*)$", page, re.MULTILINE)
+    test = rf.override(rf.ramie(14.23, 7.28, 0.67), ["numerics.mesh=screening"])
+    bent = add_effects(test, [words.split()[-1]], [str(tmp_path / "worn.py")])
+    assert bent == effect.apply(test, 2.0)
+    assert (bent.fixture.other_support_radius_mm, bent.numerics.domain) == (7.0, "half")
+    assert effect.apply(test, 0.0) == test

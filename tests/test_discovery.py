@@ -42,7 +42,7 @@ def discover(folder: Path, out: Path, *options: str) -> subprocess.CompletedProc
 
 def hidden_effects(rng: np.random.Generator) -> list[Secret]:
     """Three different effects of drawn size, and nothing, in drawn order."""
-    names = rng.choice(sorted(rf.EFFECTS), 3, replace=False)
+    names = rng.choice(sorted(rf.SUSPECTS), 3, replace=False)
     secrets = [Secret(None)]
     for name in names:
         effect = rf.EFFECTS[str(name)]

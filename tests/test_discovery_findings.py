@@ -22,7 +22,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
             "p_value": 0.0005,
             "misfit_p_value": 0.25,
             "scores": scores,
-            "effects": rf.EFFECTS,
+            "effects": rf.SUSPECTS,
             "interval": lambda name: (0.008, 0.012),
             "gain": Gain(errors, 0.7 * errors, curves),
             "shape_gain": Gain(errors, 0.7 * errors, shapes),

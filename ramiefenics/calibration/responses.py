@@ -15,7 +15,7 @@ from ramiefenics.solve.result import BendingResult, secant_slope
 from ramiefenics.specification import SpecificationError
 
 Curve = pd.DataFrame
-"""With ``displacement_mm``, ascending, as the machine records it, and ``force_N``."""
+"""With ``displacement_mm``, ascending, and ``force_N``, both as the machine records them."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ class Response:
             return math.nan
         if self.simulated is not None:
             return self.simulated(result)
-        curve = result.loading[["recorded_displacement_mm", "force_N"]]
-        return self.of(curve.rename(columns={"recorded_displacement_mm": "displacement_mm"}))
+        recorded = result.loading[["recorded_displacement_mm", "recorded_force_N"]]
+        return self.of(recorded.set_axis(["displacement_mm", "force_N"], axis=1))
 
 
 def response(name: str) -> Response:
@@ -117,6 +117,12 @@ def _displacement_at_max(curve: Curve) -> float:
     return float(curve["displacement_mm"].iloc[int(curve["force_N"].to_numpy().argmax())])
 
 
+def _recorded_peak(result: BendingResult) -> tuple[float, float]:
+    """Return displacement and force, as recorded, where the indenter's force is largest."""
+    at, force = result.test.machine.recorded(result.displacement_at_max_mm, result.max_force_N)
+    return float(at), float(force)
+
+
 def _slope(curve: Curve) -> float:
     return secant_slope(curve["displacement_mm"], curve["force_N"])
 
@@ -139,7 +145,7 @@ CURVE = {
             "N",
             _max_force,
             needs_peak=True,
-            simulated=lambda result: result.max_force_N,
+            simulated=lambda result: _recorded_peak(result)[1],
         ),
         Response(
             "displacement_at_max_mm",
@@ -147,9 +153,7 @@ CURVE = {
             "mm",
             _displacement_at_max,
             needs_peak=True,
-            simulated=lambda result: result.test.machine.displacement(
-                result.displacement_at_max_mm, result.max_force_N
-            ),
+            simulated=lambda result: _recorded_peak(result)[0],
         ),
         Response("slope_N_per_mm", "slope", "N/mm", _slope, needs_peak=True),
     )

@@ -28,6 +28,14 @@ from ramiefenics.cli.common import (
     tell_ending,
     with_log,
 )
+from ramiefenics.cli.effects import (
+    Amplitudes,
+    EffectFiles,
+    SuspectNames,
+    add_effects,
+    effects_command,
+    suspects,
+)
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, validate_command
@@ -44,6 +52,7 @@ app = typer.Typer(
 )
 app.command("calibrate")(with_log(on_first_rank(calibrate_command)))
 app.command("converge")(with_log(converge_command))
+app.command("effects")(with_log(on_first_rank(effects_command)))
 app.command("explicit")(with_log(explicit_command))
 app.command("import")(with_log(on_first_rank(import_command)))
 app.command("reconcile")(with_log(on_first_rank(reconcile_command)))
@@ -62,9 +71,11 @@ def bend(
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
+    effect: Amplitudes = None,
+    effects: EffectFiles = None,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
-    test = load_test(spec, mesh, law, assign)
+    test = add_effects(load_test(spec, mesh, law, assign), effect, effects)
     folder = claim(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
     from ramiefenics.solve.simulate import simulate
@@ -101,26 +112,21 @@ def discover_command(
         Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
     ] = None,
     mesh: MeshName = None,
-    effects: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FILE.py", help="More suspects, defined in a Python file."),
-    ] = None,
+    suspect: SuspectNames = None,
+    effects: EffectFiles = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
+    tried = suspects(suspect, effects)
     from ramiefenics.discovery import discover
-    from ramiefenics.effects import EFFECTS, load_effects
     from ramiefenics.runs import Runs, workers
 
-    suspects = dict(EFFECTS)
-    for path in effects or []:
-        suspects |= load_effects(path)
     with resumable(), workers() as pool, progress.counting() as (stage, count):
         runs = Runs(executor=pool, on_done=count)
-        found = discover(dataset, suspects, mesh, runs, seed, stage)
+        found = discover(dataset, tried, mesh, runs, seed, stage)
     finish(found, folder)
 
 

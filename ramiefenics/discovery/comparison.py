@@ -301,7 +301,7 @@ class Simulator:
 
 
 def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
-    """Return the force at displacements of the machine, N.
+    """Return the recorded force at recorded displacements, N.
 
     Raises
     ------
@@ -309,18 +309,19 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
         If the simulated curve ends before, or goes back: a soft machine unloads by more than the
         indenter goes on.
     """
-    force = curve["force_N"].to_numpy()
-    displacement = test.machine.displacement(curve["displacement_mm"].to_numpy(), force)
+    travel, pressed = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    displacement, force = test.machine.recorded(travel, pressed)
     if np.any(np.diff(displacement) <= 0.0):
-        compliance = test.machine.compliance_mm_per_N
+        names = ("compliance_mm_per_N", "bedding_compliance_mm_per_N")
+        worst = max(names, key=lambda name: getattr(test.machine, name))
         allowed = "must be low enough for the recorded displacement to increase throughout"
-        raise SpecificationError("machine.compliance_mm_per_N", compliance, allowed)
+        raise SpecificationError(f"machine.{worst}", getattr(test.machine, worst), allowed)
     if displacement[-1] < at_mm[-1] - 1e-9:
         allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
         raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)
     inside = np.minimum(at_mm, displacement[-1])
     found = Akima1DInterpolator(displacement, force)(inside)
-    return np.where(at_mm <= displacement[0], 0.0, found)
+    return np.where(at_mm <= displacement[0], force[0], found)
 
 
 def _step(effect: Effect, amplitude: float) -> float:

@@ -25,7 +25,7 @@ from ramiefenics.discovery.verdict import (
     misfit_chance,
     rivals,
 )
-from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
@@ -46,7 +46,7 @@ ALIKE = 0.9
 
 def discover(
     dataset: Dataset | str | Path,
-    effects: Mapping[str, Effect] = EFFECTS,
+    effects: Mapping[str, Effect] = SUSPECTS,
     mesh: str | None = None,
     runs: Mapper | None = None,
     seed: int = 0,

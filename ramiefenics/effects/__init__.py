@@ -1,14 +1,46 @@
 """Suspected causes: what a simulation may be lacking, one module each; a new one is listed here."""
 
 from ramiefenics.effects.base import Effect, load_effects
+from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
 from ramiefenics.effects.fibre_damage import FIBRE_DAMAGE
+from ramiefenics.effects.fixture_radius import FIXTURE_RADIUS
+from ramiefenics.effects.friction import FRICTION
+from ramiefenics.effects.load_offset import LOAD_OFFSET
+from ramiefenics.effects.load_scale import LOAD_SCALE
 from ramiefenics.effects.machine_compliance import MACHINE_COMPLIANCE
+from ramiefenics.effects.nonlinear_compliance import NONLINEAR_COMPLIANCE
+from ramiefenics.effects.off_centre_indenter import OFF_CENTRE_INDENTER
 from ramiefenics.effects.pith_core import PITH_CORE
 from ramiefenics.effects.seating_gap import SEATING_GAP
+from ramiefenics.effects.span_error import SPAN_ERROR
 from ramiefenics.effects.stiffness_gradient import STIFFNESS_GRADIENT
 from ramiefenics.effects.taper import TAPER
 
 EFFECTS: dict[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        # machine
+        MACHINE_COMPLIANCE,
+        NONLINEAR_COMPLIANCE,
+        SEATING_GAP,
+        LOAD_SCALE,
+        LOAD_OFFSET,
+        DISPLACEMENT_SCALE,
+        # fixture
+        SPAN_ERROR,
+        OFF_CENTRE_INDENTER,
+        FIXTURE_RADIUS,
+        FRICTION,
+        # geometry
+        TAPER,
+        # material
+        PITH_CORE,
+        FIBRE_DAMAGE,
+        STIFFNESS_GRADIENT,
+    )
+}
+
+SUSPECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         MACHINE_COMPLIANCE,
@@ -19,5 +51,7 @@ EFFECTS: dict[str, Effect] = {
         STIFFNESS_GRADIENT,
     )
 }
+"""What `discover` tries unless it is told others: each one more costs simulations of all specimens,
+and its record of cases is of these six."""
 
-__all__ = ["EFFECTS", "Effect", "load_effects"]
+__all__ = ["EFFECTS", "SUSPECTS", "Effect", "load_effects"]

@@ -43,6 +43,11 @@ class Effect:
         an age), so it is put at the mean of a data set's specimens, and `apply` is given that mean:
         otherwise the effect would also change all specimens alike, as an error of the load cell
         does. A quantity whose zero has a meaning (a distance from midspan) is no covariate.
+    enters
+        Where in the model it enters, one line.
+    per_specimen
+        Whether its amplitude differs from specimen to specimen, as how one lay on its supports
+        does; else all specimens of a batch, or of a machine, share it.
     file
         Of the user's own that defines it, as `load_effects` notes; None of a shipped one.
     """
@@ -55,6 +60,8 @@ class Effect:
     typical: float
     apply: Callable[..., BendingTest]
     covariates: Mapping[str, str] = field(default_factory=dict)
+    enters: str = ""
+    per_specimen: bool = False
     file: Path | None = None
 
     def __post_init__(self) -> None:

@@ -24,4 +24,5 @@ FIBRE_DAMAGE = Effect(
     bounds=(0.0, 0.95),
     typical=0.5,
     apply=_apply,
+    enters="the stored axial energy of every layer: large_strain.fibre_damage",
 )

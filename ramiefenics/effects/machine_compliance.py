@@ -20,4 +20,5 @@ MACHINE_COMPLIANCE = Effect(
     bounds=(0.0, 0.05),
     typical=0.01,
     apply=_apply,
+    enters="the machine's displacement: machine.compliance_mm_per_N",
 )

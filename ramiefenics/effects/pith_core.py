@@ -36,4 +36,5 @@ PITH_CORE = Effect(
     bounds=(0.0, 5.0),
     typical=0.2,
     apply=_apply,
+    enters="an isotropic layer in the void: stalk.layers",
 )

@@ -20,4 +20,6 @@ SEATING_GAP = Effect(
     bounds=(0.0, 2.0),
     typical=0.4,
     apply=_apply,
+    enters="the machine's displacement: machine.seating_gap_mm",
+    per_specimen=True,
 )

@@ -30,5 +30,6 @@ STIFFNESS_GRADIENT = Effect(
     bounds=(-1.0, 1.0),
     typical=0.25,
     apply=_apply,
+    enters="the moduli of every layer: stalk.stiffness_gradient_per_m",
     covariates={"reference_mm": "stalk.position_mm"},
 )

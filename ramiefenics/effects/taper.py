@@ -9,9 +9,8 @@ from ramiefenics.specification import BendingTest
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
-    stalk = replace(test.stalk, taper=test.stalk.taper + amplitude)
-    domain = "half" if test.numerics.domain == "quarter" else test.numerics.domain
-    return replace(test, stalk=stalk, numerics=replace(test.numerics, domain=domain))
+    test = replace(test, numerics=test.numerics.whole_length())
+    return replace(test, stalk=replace(test.stalk, taper=test.stalk.taper + amplitude))
 
 
 TAPER = Effect(
@@ -23,4 +22,5 @@ TAPER = Effect(
     bounds=(-0.02, 0.02),
     typical=0.005,
     apply=_apply,
+    enters="the nodes of the mesh: stalk.taper",
 )

@@ -271,8 +271,9 @@ def tabulate(test: BendingTest, points: list[Point]) -> pd.DataFrame:
     curve["force_N"] = _mean(table["indenter_work_Nmm"], travel)
     curve["support_force_N"] = _mean(support, travel)
     curve.insert(0, "displacement_mm", travel)
-    recorded = test.machine.displacement(travel, curve["force_N"])
-    curve.insert(1, "recorded_displacement_mm", recorded)
+    displacement, force = test.machine.recorded(travel, curve["force_N"])
+    curve.insert(1, "recorded_displacement_mm", displacement)
+    curve.insert(2, "recorded_force_N", force)
     curve[list(table.columns)] = table
     return curve
 

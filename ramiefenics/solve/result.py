@@ -62,8 +62,8 @@ class BendingResult(Result):
         The specification.
     curve
         One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
-        ``time_s``, ``recorded_displacement_mm`` by the machine, the fields of `Observables`, and
-        ``indenter_work_Nmm``.
+        ``recorded_displacement_mm`` and ``recorded_force_N`` by the machine, ``time_s``, the
+        fields of `Observables`, and ``indenter_work_Nmm``.
     snapshots
         Full fields at the travels that the protocol names.
     statistics

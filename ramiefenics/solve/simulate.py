@@ -107,8 +107,9 @@ def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
     curve = pd.DataFrame([dataclasses.asdict(step.observables) for step in steps])
     curve.insert(0, "displacement_mm", [step.travel_mm for step in steps])
     curve.insert(1, "time_s", [step.time_s for step in steps])
-    recorded = test.machine.displacement(curve["displacement_mm"], curve["force_N"])
-    curve.insert(1, "recorded_displacement_mm", recorded)
+    displacement, force = test.machine.recorded(curve["displacement_mm"], curve["force_N"])
+    curve.insert(1, "recorded_displacement_mm", displacement)
+    curve.insert(2, "recorded_force_N", force)
     curve["newton_iterations"] = [step.iterations for step in steps]
     mean_force = curve["force_N"].rolling(2).mean().fillna(0.0)
     travel = curve["displacement_mm"].diff().fillna(0.0)

@@ -26,7 +26,7 @@ class BendingTest:
     fixture
         What bends it.
     machine
-        What adds to the displacement that is measured; the stalk does not feel it.
+        What records displacement and force; the stalk does not feel it.
     protocol
         Along what path.
     law

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ramiefenics.specification.checks import check_number
 
 
 @dataclass(frozen=True)
 class Machine:
-    """What the testing machine's displacement has beyond the indenter's travel.
+    """What the testing machine records of the indenter's travel and force.
 
     Attributes
     ----------
@@ -18,16 +20,52 @@ class Machine:
         Deflection of frame, load cell and fixture per force.
     seating_gap_mm
         Displacement recorded before the indenter touches the stalk.
+    bedding_compliance_mm_per_N
+        What the compliance has besides at zero force. Rough faces of the fixture bed in as they
+        are pressed together: their stiffness grows in proportion to the force (Persson 2007,
+        Physical Review Letters 99, 125502), their deflection with its logarithm.
+    bedding_force_N
+        Force at which half of that is left.
+    load_scale
+        Factor by which the load cell reads too high.
+    load_offset_N
+        What the load cell reads without force.
+    displacement_scale
+        Factor by which the displacement of the drive is recorded too large.
     """
 
     compliance_mm_per_N: float = 0.0
     seating_gap_mm: float = 0.0
+    bedding_compliance_mm_per_N: float = 0.0
+    bedding_force_N: float = 10.0
+    load_scale: float = 1.0
+    load_offset_N: float = 0.0
+    displacement_scale: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check that neither is negative."""
+        """Check that deflections and the gap are not negative, and that factors are positive."""
         check_number(self, "compliance_mm_per_N", at_least=0.0, unit="mm/N")
         check_number(self, "seating_gap_mm", at_least=0.0, unit="mm")
+        check_number(self, "bedding_compliance_mm_per_N", at_least=0.0, unit="mm/N")
+        check_number(self, "bedding_force_N", above=0.0, unit="N")
+        check_number(self, "load_scale", above=0.0)
+        check_number(self, "load_offset_N", unit="N")
+        check_number(self, "displacement_scale", above=0.0)
 
-    def displacement(self, travel_mm: Any, force_N: Any) -> Any:
-        """Return what the machine records at a travel of the indenter, mm; arrays as well."""
-        return self.seating_gap_mm + travel_mm + self.compliance_mm_per_N * force_N
+    def recorded(self, travel_mm: Any, force_N: Any) -> tuple[Any, Any]:
+        """Return the displacement, mm, and the force, N, that the machine records.
+
+        Parameters
+        ----------
+        travel_mm, force_N
+            Of the indenter; numbers or arrays.
+        """
+        driven = travel_mm + self._deflection(force_N)
+        displacement = self.seating_gap_mm + self.displacement_scale * driven
+        return displacement, self.load_offset_N + self.load_scale * force_N
+
+    def _deflection(self, force_N: Any) -> Any:
+        """Return by how much frame, load cell and fixture give way, mm."""
+        scale = self.bedding_force_N
+        bedded = np.sign(force_N) * scale * np.log1p(np.abs(force_N) / scale)
+        return self.compliance_mm_per_N * force_N + self.bedding_compliance_mm_per_N * bedded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ramiefenics.specification.checks import (
     check_choice,
@@ -169,3 +169,7 @@ class Numerics:
         check_instance(self, "stepping", Stepping)
         check_instance(self, "explicit", Explicit)
         check_choice(self, "acoustic_check", (False, True))
+
+    def whole_length(self) -> Numerics:
+        """Return the same with both halves of the stalk's length, for what differs at Z and -Z."""
+        return replace(self, domain="half") if self.domain == "quarter" else self

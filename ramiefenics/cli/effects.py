@@ -1,0 +1,140 @@
+"""The command `effects`, and the options of others that name effects."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import textwrap
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+
+from ramiefenics.effects import EFFECTS, SUSPECTS, Effect, load_effects
+from ramiefenics.effects.combining import exclusions, with_effects
+from ramiefenics.specification import BendingTest, SpecificationError, ramie
+
+WIDTH = 100
+
+EffectFiles = Annotated[
+    list[str] | None,
+    typer.Option("--effects", metavar="FILE.py", help="Effects of your own, in a Python file."),
+]
+Amplitudes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effect",
+        metavar="NAME=AMPLITUDE",
+        help="Put an effect in, see ramiefenics effects; several in the order given.",
+    ),
+]
+SuspectNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--suspect",
+        metavar="NAME",
+        help=f"A shipped effect to try; by default {', '.join(SUSPECTS)}. May be repeated.",
+    ),
+]
+
+
+def effects_command(
+    name: Annotated[
+        str | None, typer.Argument(help="Of the effect to tell about; all if none.")
+    ] = None,
+    files: EffectFiles = None,
+) -> None:
+    """List what real stalks and machines have and a specification may lack, or tell about one."""
+    known = EFFECTS | _of_files(files)
+    if name is not None:
+        typer.echo(_told(_named(name, known, "effect")))
+        return
+    for effect in known.values():
+        head = f"{effect.name}, typically {effect.typical:g}{_unit(effect)}: "
+        typer.echo(textwrap.fill(head + effect.physics, WIDTH, subsequent_indent="    "))
+
+
+def suspects(names: list[str] | None, files: list[str] | None) -> dict[str, Effect]:
+    """Return the shipped effects of these names, else the default ones, and the user's own."""
+    chosen = {n: _named(n, EFFECTS, "--suspect") for n in names} if names else dict(SUSPECTS)
+    return chosen | _of_files(files)
+
+
+def add_effects(test: BendingTest, given: list[str] | None, files: list[str] | None) -> BendingTest:
+    """Return the test with the effects that ``--effect`` gives; say so if they need more of it.
+
+    Raises
+    ------
+    SpecificationError
+        If one is not known, not of the form name=amplitude, given twice, or makes no sense.
+    """
+    known = EFFECTS | _of_files(files)
+    amplitudes: dict[str, float] = {}
+    for assignment in given or []:
+        name, _, text = assignment.partition("=")
+        effect = _named(name.strip(), known, "--effect")
+        if effect.name in amplitudes:
+            raise SpecificationError("--effect", assignment, "must not be given twice")
+        amplitudes[effect.name] = _amplitude(text, assignment)
+    changed = with_effects(test, [(known[name], value) for name, value in amplitudes.items()])
+    before, after = test.numerics.domain, changed.numerics.domain
+    if before != after and MPI.COMM_WORLD.rank == 0:
+        typer.echo(f"note: the {after} model, as the {before} one has not all of it", err=True)
+    return changed
+
+
+def _of_files(files: list[str] | None) -> dict[str, Effect]:
+    found: dict[str, Effect] = {}
+    for path in files or []:
+        found |= load_effects(path)
+    return found
+
+
+def _named(name: str, known: dict[str, Effect], option: str) -> Effect:
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f", the nearest is {near[0]!r}" if near else ""
+        allowed = f"is no effect{hint}; known: {', '.join(known)}"
+        raise SpecificationError(option, name, allowed)
+    return known[name]
+
+
+def _amplitude(text: str, assignment: str) -> float:
+    try:
+        amplitude = float(text)
+    except ValueError:
+        amplitude = math.nan
+    if not math.isfinite(amplitude):
+        raise SpecificationError("--effect", assignment, "must be of the form name=number")
+    return amplitude
+
+
+def _unit(effect: Effect) -> str:
+    return "" if effect.unit == "1" else f" {effect.unit}"
+
+
+def _told(effect: Effect) -> str:
+    """Return all that is known of an effect."""
+    low, high = effect.bounds
+    lines = {
+        effect.name: effect.physics,
+        "Reference": effect.reference,
+        "Amplitude": f"{low:g} to {high:g}{_unit(effect)}, typically {effect.typical:g}"
+        + (", another one in every specimen" if effect.per_specimen else ""),
+        "Enters": effect.enters,
+        "Covariates": ", ".join(effect.covariates.values()),
+        "Not with": ", ".join(_excluded(effect)),
+    }
+    told = [f"{title}: {text}" for title, text in lines.items() if text]
+    return "\n".join(textwrap.fill(t, WIDTH, subsequent_indent="    ") for t in told)
+
+
+def _excluded(effect: Effect) -> list[str]:
+    """Return the shipped effects that it cannot be combined with, or not in one order."""
+    refused = exclusions(ramie(14.23, 7.28, 0.67), EFFECTS | {effect.name: effect})
+    told = []
+    for other in EFFECTS:
+        after, before = (other, effect.name) in refused, (effect.name, other) in refused
+        if after or before:
+            told.append(other if after and before else f"{other} {'before' if after else 'after'}")
+    return told

@@ -1,0 +1,114 @@
+"""Errors of the fixture against beams: a slender rod, whose contact hardly indents it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from mpi4py import MPI
+
+import ramiefenics as rf
+from ramiefenics.effects.combining import with_effects
+
+YOUNG, POISSON, SPAN, DIAMETER, RADIUS = 300.0, 0.3, 200.0, 8.0, 5.0
+SECOND_MM4 = math.pi / 64 * DIAMETER**4
+SHEAR_N = YOUNG / 2 / (1 + POISSON) * math.pi / 4 * DIAMETER**2 * 0.89  # Cowper 1966
+TRAVEL_MM = 1.0
+
+
+def rod(*changes: str, friction: float = 0.0) -> rf.BendingTest:
+    material = rf.Material(rf.Elastic.isotropic(YOUNG, POISSON))
+    stalk = rf.Stalk(240.0, 0.0, (rf.Layer("core", DIAMETER, material),))
+    fixture = rf.Fixture(SPAN, RADIUS, RADIUS, rf.Friction(friction, friction))
+    settings = (
+        "numerics.mesh=ladder_q2_1",
+        "numerics.mesh.angular_elements=4",
+        "numerics.mesh.contact_size=0.05",
+        "numerics.acoustic_check=false",
+        "numerics.stepping.first_step_mm=1",
+        f"protocol.travel_mm={TRAVEL_MM}",
+        f"protocol.save_every_mm={TRAVEL_MM}",
+    )
+    return rf.override(rf.BendingTest(stalk, fixture, law="isotropic"), [*settings, *changes])
+
+
+def with_(test: rf.BendingTest, **amplitudes: float) -> rf.BendingTest:
+    return with_effects(test, [(rf.EFFECTS[name], a) for name, a in amplitudes.items()])
+
+
+def force(test: rf.BendingTest) -> float:
+    result = rf.simulate(test, MPI.COMM_SELF)
+    assert result.completed, result.ending.reason
+    return float(result.curve["force_N"].iloc[-1])
+
+
+@pytest.fixture(scope="module")
+def force_N() -> float:
+    """Of the rod with no error."""
+    return force(rod())
+
+
+def beam(a: float, b: float) -> float:
+    """Deflection under a unit force at a from one support and b from the other."""
+    bending = (a * b) ** 2 / (3 * YOUNG * SECOND_MM4 * (a + b))
+    return bending + a * b / ((a + b) * SHEAR_N)
+
+
+def test_a_shorter_span_is_stiffer_by_nearly_its_third_power(force_N: float) -> None:
+    short = force(with_(rod(), span_error=-8.0))
+    # 0.005 for indentation, which is a larger part of the shorter beam's softness
+    assert short / force_N == pytest.approx(beam(100, 100) / beam(96, 96), rel=0.005)
+
+
+def test_friction_holds_the_underside_back(force_N: float) -> None:
+    """Forces H = mu F / 2 at the supports, half a height below the axis, bend it back.
+
+    Where the beam has gone down by w their moment is H (h / 2 - w). With the w of the beam
+    without friction, that takes F L^3 / (48 E I) (3 mu h / (2 L)) (1 - 8 d / (5 h)) of the
+    deflection d at midspan.
+    """
+    coefficient = 0.5
+    held = force(with_(rod(), friction=coefficient))
+    taken = 1.5 * coefficient * DIAMETER / SPAN * (1 - 1.6 * TRAVEL_MM / DIAMETER)
+    expected = 1 / (1 - taken)
+    # of 2.5 % more: grip is complete only after some sliding
+    assert held / force_N - 1 == pytest.approx(expected - 1, rel=0.1)
+
+
+@pytest.mark.slow
+def test_an_indenter_off_centre_finds_the_shorter_arms() -> None:
+    test = rod(friction=0.1)  # or the rod slides away along Z
+    moved = with_(test, off_centre_indenter=20.0)
+    assert moved.numerics.domain == "half"
+    # 1 % for indentation and friction, whose shares differ little
+    assert force(moved) / force(test) == pytest.approx(beam(100, 100) / beam(80, 120), rel=0.01)
+
+
+@pytest.mark.slow
+def test_on_rounder_supports_a_bent_rod_spans_less() -> None:
+    """It leaves them where they have its slope: nearer by R sin(theta) on either side, and lower.
+
+    To first order the force goes with the deflection over the third power of the span.
+    """
+    deep = rod("protocol.travel_mm=8", "numerics.stepping.max_step_mm=2")
+    rounder = with_(deep, fixture_radius=15.0)
+    slope = 3 * 8.0 / SPAN  # of a beam at its supports, over its deflection and span
+    usual, expected = (
+        (8.0 - radius * (1 - math.cos(slope))) / (SPAN - 2 * radius * math.sin(slope)) ** 3
+        for radius in (RADIUS, RADIUS + 15.0)
+    )
+    # of 4 % more; large rotations and the indenter's own width are left out
+    assert force(rounder) / force(deep) - 1 == pytest.approx(expected / usual - 1, rel=0.1)
+
+
+def test_amplitudes_that_make_no_sense_are_told() -> None:
+    ring = rod("fixture.span_mm=0", "fixture.indenter_radius_mm=inf")
+    cases = [
+        (rod(), "span_error", -21.0, r"effect span_error = -21\.0 must be .* at least -20 mm and"),
+        (rod(), "friction", -0.1, r"with friction = -0\.1: static = -0\.1 must be .* at least 0"),
+        (ring, "off_centre_indenter", 5.0, r"with off_centre_indenter = 5: .*must be left out"),
+        (ring, "span_error", 4.0, r"with span_error = 4: span_mm = 0\.0 must be above 0 mm"),
+    ]
+    for test, name, amplitude, message in cases:
+        with pytest.raises(rf.SpecificationError, match=message):
+            with_(test, **{name: amplitude})
