@@ -2,6 +2,7 @@
 
 from ramiefenics.effects.base import Effect, load_effects
 from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
+from ramiefenics.effects.eccentric_void import ECCENTRIC_VOID
 from ramiefenics.effects.fibre_damage import FIBRE_DAMAGE
 from ramiefenics.effects.fixture_radius import FIXTURE_RADIUS
 from ramiefenics.effects.friction import FRICTION
@@ -10,11 +11,13 @@ from ramiefenics.effects.load_scale import LOAD_SCALE
 from ramiefenics.effects.machine_compliance import MACHINE_COMPLIANCE
 from ramiefenics.effects.nonlinear_compliance import NONLINEAR_COMPLIANCE
 from ramiefenics.effects.off_centre_indenter import OFF_CENTRE_INDENTER
+from ramiefenics.effects.ovality import OVALITY
 from ramiefenics.effects.pith_core import PITH_CORE
 from ramiefenics.effects.seating_gap import SEATING_GAP
 from ramiefenics.effects.span_error import SPAN_ERROR
 from ramiefenics.effects.stiffness_gradient import STIFFNESS_GRADIENT
 from ramiefenics.effects.taper import TAPER
+from ramiefenics.effects.wall_thickness_error import WALL_THICKNESS_ERROR
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
@@ -32,6 +35,9 @@ EFFECTS: dict[str, Effect] = {
         FIXTURE_RADIUS,
         FRICTION,
         # geometry
+        OVALITY,
+        WALL_THICKNESS_ERROR,
+        ECCENTRIC_VOID,
         TAPER,
         # material
         PITH_CORE,

@@ -131,6 +131,7 @@ class Observer:
         ]
         self._end = (0.5 - 1e-6) * problem.test.stalk.length_mm
         self._has_void = problem.test.stalk.void_diameter_mm > 0.0
+        self._void_centre = problem.test.stalk.void_centre_mm(self._fixture.indenter.z_mm)
 
     def _on_section(self, name: str) -> NDArray[np.int32]:
         """Vertices of a surface in the plane under the first cylinder that moves."""
@@ -206,8 +207,9 @@ class Observer:
     def _void_height(self, position: NDArray[np.float64]) -> float:
         """Distance of the lowest roof point from the highest floor point of the void."""
         comm = self.problem.tube.mesh.comm
-        roof = self._bore[(self._at[self._bore, 1] > 0) & self._in_middle()]
-        floor = self._bore[(self._at[self._bore, 1] < 0) & self._in_middle()]
+        _, centre = self._void_centre
+        roof = self._bore[(self._at[self._bore, 1] > centre) & self._in_middle()]
+        floor = self._bore[(self._at[self._bore, 1] < centre) & self._in_middle()]
         top = comm.allreduce(position[roof, 1].min(initial=np.inf), op=MPI.MIN)
         bottom = comm.allreduce(position[floor, 1].max(initial=-np.inf), op=MPI.MAX)
         return float(top - bottom)
@@ -245,8 +247,8 @@ class Observer:
         return float(deepest[0]), float(deepest[1])
 
     def _in_middle(self) -> NDArray[np.bool_]:
-        """Mark the bore's vertices near X = 0, where roof and floor would meet first."""
-        x = np.abs(self._at[self._bore, 0])
+        """Mark the bore's vertices near its middle, where roof and floor would meet first."""
+        x = np.abs(self._at[self._bore, 0] - self._void_centre[0])
         return x < 0.3 * self.problem.test.stalk.void_diameter_mm / 2.0
 
     def _cut(self, cylinder: Cylinder) -> tuple[bool, bool]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import gmsh
@@ -111,22 +111,28 @@ def _add_tube(test: BendingTest) -> None:
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
     stalk = test.stalk
-    if stalk.taper != 0.0 or stalk.rotation_deg != 0.0 or stalk.section_height_mm is not None:
+    straight = replace(
+        stalk, section_height_mm=None, rotation_deg=0.0, taper=0.0, void_offset_mm=0.0
+    )
+    if stalk != straight:
         _shape(stalk)
 
 
 def _shape(stalk: Stalk) -> None:
-    """Move the nodes of a straight circular tube to the sections of a tapered or elliptic one.
+    """Move the nodes of a straight circular tube to where the stalk has them.
 
-    These are turned last.
+    First the bore is moved off the axis, then sections are scaled by the taper, and elliptic ones
+    are flattened and turned.
     """
     flat = stalk.height_mm / stalk.outer_diameter_mm
     angle = math.radians(stalk.rotation_deg)
     cos, sin = math.cos(angle), math.sin(angle)
+    inner, outer = stalk.radii_mm[:2]
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         scale = stalk.scale_at(z)
-        across, up = scale * x, flat * scale * y
+        towards_bore = max(0.0, outer - math.hypot(x, y)) / (outer - inner)
+        across, up = scale * x, scale * (flat * y + towards_bore * stalk.void_offset_mm)
         gmsh.model.mesh.setNode(tag, [cos * across - sin * up, sin * across + cos * up, z], [])
 
 

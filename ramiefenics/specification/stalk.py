@@ -67,6 +67,10 @@ class Stalk:
         order the force does not depend on what is stiffer on one side and softer on the other.
     reference_position_mm
         Where on the plant the moduli are the given ones.
+    void_offset_mm
+        Rise of the void's centre over the stalk's axis, along the section's height: towards the
+        indenter, if it is not turned. The innermost layer is thinner there; the others are
+        concentric.
     """
 
     length_mm: float
@@ -79,6 +83,7 @@ class Stalk:
     position_mm: float = 0.0
     stiffness_gradient_per_m: float = 0.0
     reference_position_mm: float = 0.0
+    void_offset_mm: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -111,12 +116,14 @@ class Stalk:
             "position_mm",
             "stiffness_gradient_per_m",
             "reference_position_mm",
+            "void_offset_mm",
         ):
             check_number(self, name)
         if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
             raise SpecificationError(
                 "taper", self.taper, "must leave a tenth of the diameter at either end"
             )
+        self._check_void()
         if self.stiffness_factor <= 0.0:
             raise SpecificationError(
                 "stiffness_gradient_per_m",
@@ -124,6 +131,24 @@ class Stalk:
                 f"must leave positive moduli at position_mm = {self.position_mm:g}, which is "
                 f"{self.position_mm - self.reference_position_mm:g} mm from where they are given",
             )
+
+    def _check_void(self) -> None:
+        """Check that a void off the axis is within the innermost layer."""
+        if self.void_offset_mm == 0.0:
+            return
+        if self.void_diameter_mm == 0.0:
+            allowed = "must be 0 for a solid core"
+            raise SpecificationError("void_offset_mm", self.void_offset_mm, allowed)
+        inner, outer = self.radii_mm[:2]
+        limit = 0.9 * (outer - inner) * self.height_mm / self.outer_diameter_mm
+        if abs(self.void_offset_mm) > limit:
+            allowed = f"must be at most {limit:g} mm, or the innermost layer is too thin there"
+            raise SpecificationError("void_offset_mm", self.void_offset_mm, allowed)
+
+    def void_centre_mm(self, z_mm: float) -> tuple[float, float]:
+        """Return X and Y of the void's centre at Z."""
+        angle, offset = math.radians(self.rotation_deg), self.scale_at(z_mm) * self.void_offset_mm
+        return -offset * math.sin(angle), offset * math.cos(angle)
 
     def scale_at(self, z_mm: float) -> float:
         """Return the diameters at Z over the given ones."""
