@@ -13,8 +13,8 @@ import pandas as pd
 
 from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.effects.combining import exclusions
+from ramiefenics.published.stalks import ramie
 from ramiefenics.results.text import markdown
-from ramiefenics.specification import ramie
 
 PAGE = Path(__file__).resolve().parents[1] / "docs/effects.md"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from mpi4py import MPI
@@ -107,8 +108,17 @@ def test_amplitudes_that_make_no_sense_are_told() -> None:
         (rod(), "span_error", -21.0, r"effect span_error = -21\.0 must be .* at least -20 mm and"),
         (rod(), "friction", -0.1, r"with friction = -0\.1: static = -0\.1 must be .* at least 0"),
         (ring, "off_centre_indenter", 5.0, r"with off_centre_indenter = 5: .*must be left out"),
-        (ring, "span_error", 4.0, r"with span_error = 4: span_mm = 0\.0 must be above 0 mm"),
+        (ring, "span_error", 4.0, r"with span_error = 4: fixture = .* must be that of three-"),
     ]
     for test, name, amplitude, message in cases:
         with pytest.raises(rf.SpecificationError, match=message):
             with_(test, **{name: amplitude})
+
+
+@pytest.mark.parametrize("name", ["span_error", "off_centre_indenter", "fixture_radius"])
+def test_stated_cylinders_are_those_of_the_lengths(name: str) -> None:
+    usual = rod("numerics.domain=half", friction=0.1)
+    stated = rf.GeneralFixture(usual.fixture.cylinders, usual.fixture.friction)
+    changed = [with_(replace(usual, fixture=f), **{name: 3.0}) for f in (usual.fixture, stated)]
+    assert changed[0].fixture.cylinders == changed[1].fixture.cylinders
+    assert changed[0].fixture.cylinders != usual.fixture.cylinders

@@ -86,8 +86,8 @@ def test_meshes_have_the_sections_second_moment(
     area, first, second = (
         fem.assemble_scalar(fem.form(value * dx)) for value in (fem.Constant(mesh, 1.0), y, y**2)
     )
-    # a quarter of a length of 240 mm; quadratic arcs of 22.5 degrees leave 1e-4 of the section
-    assert (second - first**2 / area) / 60.0 == pytest.approx(second_mm4, rel=1e-3)
+    # a quarter of a length of 240 mm; quadratic arcs of 22.5 degrees, on which the wall changes
+    assert (second - first**2 / area) / 60.0 == pytest.approx(second_mm4, rel=2e-3)
 
 
 @pytest.mark.parametrize(("name", "amplitude", "second_mm4"), [CASES[0], CASES[2], CASES[4]])
@@ -111,19 +111,16 @@ def test_an_eccentric_void_keeps_the_outer_surface_and_its_own_size() -> None:
     assert x[:, 2].max() == pytest.approx(120.0)
 
 
-def test_a_void_that_leaves_its_layer_is_refused(screening: rf.BendingTest) -> None:
+def test_a_void_that_leaves_its_layer_is_refused() -> None:
     cases = [
         (tube(), "eccentric_void", 2.0, r"void_offset_mm = 2\.0 must be at most 1\.8 mm"),
-        (tube(), "wall_thickness_error", -2.0, None),
-        (screening, "wall_thickness_error", -1.5, None),
         (tube("stalk.void_diameter_mm=2"), "wall_thickness_error", 1.0, "must be above 2 mm"),
         (tube("stalk.void_diameter_mm=0"), "wall_thickness_error", 1.0, "must be above 0 mm for"),
         (tube("stalk.void_diameter_mm=0"), "eccentric_void", 1.0, "there is none to move"),
     ]
     for test, name, amplitude, message in cases:
-        if message is not None:
-            with pytest.raises(rf.SpecificationError, match=message):
-                with_(test, **{name: amplitude})
+        with pytest.raises(rf.SpecificationError, match=message):
+            with_(test, **{name: amplitude})
 
 
 def test_there_is_no_wall_nor_void_where_pith_is(screening: rf.BendingTest) -> None:

@@ -12,7 +12,8 @@ from mpi4py import MPI
 
 from ramiefenics.effects import EFFECTS, SUSPECTS, Effect, load_effects
 from ramiefenics.effects.combining import exclusions, with_effects
-from ramiefenics.specification import BendingTest, SpecificationError, ramie
+from ramiefenics.published.stalks import ramie
+from ramiefenics.specification import BendingTest, SpecificationError
 
 WIDTH = 100
 

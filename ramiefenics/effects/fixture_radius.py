@@ -3,16 +3,24 @@
 from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, Fixture, GeneralFixture
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
-    fixture = test.fixture
-    names = ["indenter_radius_mm", "support_radius_mm"]
-    if fixture.other_support_radius_mm is not None:
-        names.append("other_support_radius_mm")
-    radii = {name: getattr(fixture, name) + amplitude for name in names}
-    return replace(test, fixture=replace(fixture, **radii))
+    return replace(test, fixture=_rounder(test.fixture, amplitude))
+
+
+def _rounder(fixture: Fixture | GeneralFixture, by_mm: float) -> Fixture | GeneralFixture:
+    if isinstance(fixture, GeneralFixture):
+        cylinders = tuple(replace(c, radius_mm=c.radius_mm + by_mm) for c in fixture.cylinders)
+        return replace(fixture, cylinders=cylinders)
+    other = fixture.other_support_radius_mm
+    return replace(
+        fixture,
+        indenter_radius_mm=fixture.indenter_radius_mm + by_mm,
+        support_radius_mm=fixture.support_radius_mm + by_mm,
+        other_support_radius_mm=None if other is None else other + by_mm,
+    )
 
 
 FIXTURE_RADIUS = Effect(

@@ -3,15 +3,24 @@
 from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, Fixture, GeneralFixture
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
-    offset = test.fixture.indenter_offset_mm + amplitude
-    fixture = replace(test.fixture, indenter_offset_mm=offset)
-    return replace(test, fixture=fixture, numerics=test.numerics.whole_length())
+    return replace(
+        test, fixture=_moved(test.fixture, amplitude), numerics=test.numerics.whole_length()
+    )
+
+
+def _moved(fixture: Fixture | GeneralFixture, by_mm: float) -> Fixture | GeneralFixture:
+    if isinstance(fixture, GeneralFixture):
+        cylinders = tuple(
+            replace(c, z_mm=c.z_mm + by_mm) if c.moves else c for c in fixture.cylinders
+        )
+        return replace(fixture, cylinders=cylinders)
+    return replace(fixture, indenter_offset_mm=fixture.indenter_offset_mm + by_mm)
 
 
 OFF_CENTRE_INDENTER = Effect(

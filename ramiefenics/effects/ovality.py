@@ -24,9 +24,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 OVALITY = Effect(
     name="ovality",
-    physics="The section is an ellipse of the noted mean diameter, lying on its broad side, or, with "
-    "a negative amplitude, standing on its narrow one; the amplitude is the difference of its "
-    "diameters over their mean. Turned by an angle (stalk.rotation_deg) it acts about as "
+    physics="The section is an ellipse of the noted mean diameter, on its broad side, or, with a "
+    "negative amplitude, on its narrow one; the amplitude is the difference of its diameters "
+    "over their mean. Turned by an angle (stalk.rotation_deg) it acts about as "
     "its cosine doubled does.",
     reference="Ottesen, Larson, Stubbs and Cook 2022, in silico Plants 4",
     unit="1",

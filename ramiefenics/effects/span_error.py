@@ -1,18 +1,24 @@
 """The supports are not where they should be."""
 
+import math
 from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
-from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification import BendingTest, GeneralFixture
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
-    if test.fixture.span_mm == 0.0:
-        raise SpecificationError("span_mm", 0.0, "must be above 0 mm: a single support has none")
-    span = test.fixture.span_mm + amplitude
-    return replace(test, fixture=replace(test.fixture, span_mm=span))
+    fixture = test.fixture
+    span = fixture.check_beam("the effect span_error is").supports_mm + amplitude
+    if isinstance(fixture, GeneralFixture):
+        cylinders = tuple(
+            c if c.moves else replace(c, z_mm=math.copysign(span / 2.0, c.z_mm))
+            for c in fixture.cylinders
+        )
+        return replace(test, fixture=replace(fixture, cylinders=cylinders))
+    return replace(test, fixture=replace(fixture, span_mm=span))
 
 
 SPAN_ERROR = Effect(
