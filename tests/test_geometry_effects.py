@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
@@ -124,10 +125,82 @@ def test_a_void_that_leaves_its_layer_is_refused() -> None:
 
 
 def test_there_is_no_wall_nor_void_where_pith_is(screening: rf.BendingTest) -> None:
-    names = ("pith_core", "ovality", "wall_thickness_error", "eccentric_void", "taper")
+    names = ("pith_core", "ovality", "wall_thickness_error", "eccentric_void", "node", "taper")
     refused = exclusions(screening, {name: rf.EFFECTS[name] for name in names})
     assert set(refused) == {
         ("pith_core", "wall_thickness_error"),
         ("pith_core", "eccentric_void"),
         ("eccentric_void", "pith_core"),
+        ("pith_core", "node"),
+        ("node", "pith_core"),
     }
+
+
+def volume(test: rf.BendingTest, tag: int) -> float:
+    """Of the cells with a tag, mm3, on the part of the stalk that is meshed."""
+    built = build_tube(test, MPI.COMM_SELF)
+    dx = ufl.Measure("dx", built.mesh, subdomain_data=built.cells)
+    return float(fem.assemble_scalar(fem.form(fem.Constant(built.mesh, 1.0) * dx(tag))))
+
+
+@pytest.mark.parametrize(("at_mm", "share"), [(0.0, 0.25), (37.0, 0.5)])
+def test_a_node_closes_the_void_where_it_is(at_mm: float, share: float) -> None:
+    noded = with_(tube(f"stalk.node_at_mm={at_mm}"), node=3.0)
+    assert noded.numerics.domain == ("quarter" if at_mm == 0.0 else "half")
+    # quadratic arcs of 45 degrees leave 1e-3 of a circle
+    assert volume(noded, 2) == pytest.approx(share * math.pi / 4 * INNER**2 * 3.0, rel=2e-3)
+    assert volume(noded, 1) == pytest.approx(volume(tube(), 1) * 4 * share, rel=1e-6)
+    built = build_tube(noded, MPI.COMM_SELF)
+    inside = np.hypot(*built.mesh.geometry.x[:, :2].T) < 0.99 * INNER / 2
+    assert np.abs(built.mesh.geometry.x[inside, 2] - at_mm).max() == pytest.approx(1.5)
+    ds = ufl.Measure("ds", built.mesh, subdomain_data=built.facets)
+    one = fem.Constant(built.mesh, 1.0)
+    bore, ends = (
+        fem.assemble_scalar(fem.form(one * ds(SURFACES[name]))) for name in ("inner", "ends")
+    )
+    # of a whole stalk the bore has two faces of the node, and two ends
+    faces, wall = 2 * math.pi / 4 * INNER**2, math.pi * INNER * (240.0 - 3.0)
+    assert bore == pytest.approx(share * (faces + wall), rel=2e-3)
+    assert ends == pytest.approx(share * 2 * math.pi / 4 * (OUTER**2 - INNER**2), rel=2e-3)
+
+
+def test_a_node_as_long_as_the_stalk_is_a_core(force_N: float) -> None:
+    """Beyond the supports it bears nothing: 210 mm of it are all that is bent.
+
+    Of one isotropic material it makes the tube a rod, whose second moment is the closed one's.
+    """
+    filled = force(with_(tube("stalk.node_thickness_mm=190"), node=20.0))
+    # of shear and contact the rod has other shares than the tube, of 1 % each
+    assert filled / force_N == pytest.approx(ring(OUTER, 0.0) / ring(OUTER, INNER), rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_node_beside_the_supports_bears_nothing() -> None:
+    friction = ("fixture.friction.static=0.1", "fixture.friction.dynamic=0.1")  # or it may slide
+    beside = with_(tube(*friction, "stalk.node_at_mm=114"), node=3.0)
+    # the section is cut otherwise around a core
+    assert force(beside) == pytest.approx(force(tube(*friction)), rel=2e-3)
+
+
+def test_a_node_under_the_indenter_holds_the_section_up(coarse: rf.BendingTest) -> None:
+    short = rf.override(coarse, ["protocol.travel_mm=1", "numerics.acoustic_check=false"])
+    results = [rf.simulate(test, MPI.COMM_SELF) for test in (short, with_(short, node=4.0))]
+    plain, noded = (result.curve.iloc[-1] for result in results)
+    assert noded["force_N"] > 1.02 * plain["force_N"]
+    # a section that flattens widens
+    gained = [row["section_width_mm"] - 14.23 for row in (plain, noded)]
+    assert gained[1] < 0.5 * gained[0]
+    assert math.isnan(noded["void_height_mm"])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("node_at_mm=119", r"node_at_mm = 119\.0 must be within 118\.5 mm of midspan"),
+        ("node_at_mm=10", "must be half or full for a stalk with a node off midspan"),
+        ("void_diameter_mm=0", r"node_thickness_mm = 3\.0 must be 0 for a solid core"),
+    ],
+)
+def test_impossible_nodes_are_told(change: str, message: str) -> None:
+    with pytest.raises(rf.SpecificationError, match=message):
+        rf.override(tube("stalk.node_thickness_mm=3"), [f"stalk.{change}"])

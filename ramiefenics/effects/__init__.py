@@ -9,6 +9,7 @@ from ramiefenics.effects.friction import FRICTION
 from ramiefenics.effects.load_offset import LOAD_OFFSET
 from ramiefenics.effects.load_scale import LOAD_SCALE
 from ramiefenics.effects.machine_compliance import MACHINE_COMPLIANCE
+from ramiefenics.effects.node import NODE
 from ramiefenics.effects.nonlinear_compliance import NONLINEAR_COMPLIANCE
 from ramiefenics.effects.off_centre_indenter import OFF_CENTRE_INDENTER
 from ramiefenics.effects.ovality import OVALITY
@@ -38,6 +39,7 @@ EFFECTS: dict[str, Effect] = {
         OVALITY,
         WALL_THICKNESS_ERROR,
         ECCENTRIC_VOID,
+        NODE,
         TAPER,
         # material
         PITH_CORE,

@@ -4,21 +4,23 @@ import math
 from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
-from ramiefenics.specification import BendingTest, GeneralFixture
+from ramiefenics.specification import BendingTest, GeneralFixture, SpecificationError
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
     fixture = test.fixture
-    span = fixture.check_beam("the effect span_error is").supports_mm + amplitude
+    if all(cylinder.moves or cylinder.z_mm == 0.0 for cylinder in fixture.cylinders):
+        allowed = "must have supports on either side of midspan for the effect span_error"
+        raise SpecificationError("fixture", None, allowed)
     if isinstance(fixture, GeneralFixture):
         cylinders = tuple(
-            c if c.moves else replace(c, z_mm=math.copysign(span / 2.0, c.z_mm))
+            c if c.moves else replace(c, z_mm=c.z_mm + amplitude / 2.0 * math.copysign(1.0, c.z_mm))
             for c in fixture.cylinders
         )
         return replace(test, fixture=replace(fixture, cylinders=cylinders))
-    return replace(test, fixture=replace(fixture, span_mm=span))
+    return replace(test, fixture=replace(fixture, span_mm=fixture.span_mm + amplitude))
 
 
 SPAN_ERROR = Effect(

@@ -54,9 +54,10 @@ class BendingProblem:
         self.factor = SYMMETRY_FACTOR[test.numerics.domain]
         self.tube = build_tube(test, comm) if tube is None else tube
         stalk = test.stalk
-        materials = [layer.material.scaled(stalk.stiffness_factor) for layer in stalk.layers]
         recipe = test.numerics.mesh
-        self.solid = Solid(self.tube.mesh, self.tube.cells, materials, test.law, recipe.serendipity)
+        self.solid = Solid(
+            self.tube.mesh, self.tube.cells, stalk.materials, test.law, recipe.serendipity
+        )
         radii = test.stalk.radii_mm
         elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)
         self.contact = Contact(

@@ -20,7 +20,8 @@ def axial_positions(test: BendingTest) -> NDArray[np.float64]:
     """Return the Z of every cross-section of nodes, mm, ascending, shape (n,).
 
     Fine under the cylinders, coarser in between, by the recipe; from 0 to the end of the
-    specimen on the quarter model, else on both sides of 0. There is one at every axis.
+    specimen on the quarter model, else on both sides of 0. There is one at every axis, and at
+    either face of a node.
     """
     ahead = _one_side(test, 1.0)
     if test.numerics.domain == "quarter":
@@ -30,8 +31,9 @@ def axial_positions(test: BendingTest) -> NDArray[np.float64]:
 
 def _one_side(test: BendingTest, sign: float) -> NDArray[np.float64]:
     """Return the distances from Z = 0 of the sections at Z of a sign, ascending."""
-    axes = [sign * cylinder.z_mm for cylinder in test.fixture.cylinders]
-    cuts = sorted({0.0, *(at for at in axes if at > 0.0), test.stalk.length_mm / 2.0})
+    edges = [*(cylinder.z_mm for cylinder in test.fixture.cylinders), *(test.stalk.node_mm or ())]
+    ahead = [sign * at for at in edges if sign * at > 0.0]
+    cuts = sorted({0.0, *ahead, test.stalk.length_mm / 2.0})
     pieces = [_graded(start, stop, test, sign) for start, stop in itertools.pairwise(cuts)]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
 

@@ -39,7 +39,7 @@ class Observables:
         Extent along Y and X of the section under the first cylinder that moves: midspan, if that
         is in the middle.
     void_height_mm
-        Height left of the pith void in that section; NaN for a solid core.
+        Height left of the pith void in that section; NaN for a solid core, or in a node.
     overhang_mm
         Least length of stalk along Z, on the side of a fixed cylinder, left beyond the middle of
         the contact with it; NaN if one has no contact.
@@ -130,8 +130,10 @@ class Observer:
             for obstacle in problem.contact.obstacles
         ]
         self._end = (0.5 - 1e-6) * problem.test.stalk.length_mm
-        self._has_void = problem.test.stalk.void_diameter_mm > 0.0
-        self._void_centre = problem.test.stalk.void_centre_mm(self._fixture.indenter.z_mm)
+        stalk, at_mm = problem.test.stalk, self._fixture.indenter.z_mm
+        low, high = stalk.node_mm or (math.inf, math.inf)
+        self._has_void = stalk.void_diameter_mm > 0.0 and not low <= at_mm <= high
+        self._void_centre = stalk.void_centre_mm(at_mm)
 
     def _on_section(self, name: str) -> NDArray[np.int32]:
         """Vertices of a surface in the plane under the first cylinder that moves."""

@@ -28,7 +28,9 @@ class _Ring:
     straight: bool
 
 
-def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[int, list[int]]:
+def add_section(
+    stalk: Stalk, recipe: MeshRecipe, z: float, full: bool, filled: bool = False
+) -> dict[int, list[int]]:
     """Add the section's blocks to the current Gmsh model.
 
     Parameters
@@ -41,6 +43,8 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
         Plane of the section, mm.
     full
         The whole section, or the half X >= 0.
+    filled
+        Whether the innermost layer fills a void: the other layers are cut as without it.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def add_section(stalk: Stalk, recipe: MeshRecipe, z: float, full: bool) -> dict[
     solid = stalk.void_diameter_mm == 0.0
     per_arc = math.ceil(recipe.angular_elements / (4 if solid else 2))
     angles = _angles(solid, full, recipe.side_growth**per_arc)
-    rings, layers, counts = _rings(stalk, recipe)
+    rings, layers, counts = _rings(stalk, recipe, filled)
 
     centre = geo.addPoint(0.0, 0.0, z)
     points = [[_point(ring, angle, z) for angle in angles] for ring in rings]
@@ -117,7 +121,9 @@ def _angles(solid: bool, full: bool, share: float) -> list[float]:
     return [*angles, 180.0 if full else 90.0]
 
 
-def _rings(stalk: Stalk, recipe: MeshRecipe) -> tuple[list[_Ring], list[int], list[int]]:
+def _rings(
+    stalk: Stalk, recipe: MeshRecipe, filled: bool
+) -> tuple[list[_Ring], list[int], list[int]]:
     """Return the rings, and for each gap between two its layer and number of elements."""
     radii = list(stalk.radii_mm)
     rings = [_Ring(radius, radius, False) for radius in radii]
@@ -126,10 +132,12 @@ def _rings(stalk: Stalk, recipe: MeshRecipe) -> tuple[list[_Ring], list[int], li
     layers = list(range(len(stalk.layers)))
     thickness = [rings[i + 1].on_axis - rings[i].on_axis for i in layers]
     # a core within a wall is cut as that is, on top of it
-    wall = thickness[1:-1] if stalk.void_diameter_mm == 0.0 and len(layers) > 2 else thickness[:-1]
-    counts = [max(1, round(recipe.wall_elements * t / sum(wall))) for t in thickness[:-1]]
+    cored = filled or (stalk.void_diameter_mm == 0.0 and len(layers) > 2)
+    tube = thickness[1:] if cored else thickness
+    wall = sum(tube[:-1]) or tube[0]
+    counts = [max(1, round(recipe.wall_elements * t / wall)) for t in thickness[:-1]]
     single = recipe.wall_elements + recipe.rind_elements  # one layer is wall and rind at once
-    return rings, layers, [*counts, recipe.rind_elements if len(layers) > 1 else single]
+    return rings, layers, [*counts, recipe.rind_elements if len(tube) > 1 else single]
 
 
 def _point(ring: _Ring, angle: float, z: float) -> int:

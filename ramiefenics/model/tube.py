@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,10 +18,15 @@ from numpy.typing import NDArray
 from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import add_section
-from ramiefenics.specification import BendingTest, Stalk
+from ramiefenics.specification import BendingTest, Layer, Stalk
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
-"""Physical tags of the surfaces; layers are 1, 2, ... from the inside out."""
+"""Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
+
+NODE = "node"
+
+Blocks = dict[int, list[int]]
+"""Surfaces or volumes in Gmsh of each layer, by its index."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class TubeMesh:
     mesh
         Hexahedra of order 1 or 2.
     cells
-        Layer of every cell, 1 for the innermost.
+        Layer of every cell, 1 for the innermost; one more for the node.
     facets
         Tags of `SURFACES` on the boundary.
     """
@@ -99,18 +105,22 @@ def _gmsh_session() -> Iterator[None]:
 
 def _add_tube(test: BendingTest) -> None:
     z = axial_positions(test)
-    numerics = test.numerics
-    section = add_section(test.stalk, numerics.mesh, float(z[0]), full=numerics.domain == "full")
-    volumes = _extrude(section, z)
+    stalk, numerics = test.stalk, test.numerics
+    full = numerics.domain == "full"
+    if stalk.node_mm is None:
+        section = add_section(stalk, numerics.mesh, float(z[0]), full)
+        volumes, _ = _extrude(section, z)
+    else:
+        section = add_section(_filled(stalk), numerics.mesh, float(z[0]), full, filled=True)
+        volumes = _extrude_with_node(section, z, stalk.node_mm)
     gmsh.model.geo.synchronize()
-    for index, layer in enumerate(test.stalk.layers):
-        gmsh.model.addPhysicalGroup(3, volumes[index], index + 1, layer.name)
+    for index, name in enumerate([*(layer.name for layer in stalk.layers), NODE][: len(volumes)]):
+        gmsh.model.addPhysicalGroup(3, volumes[index], index + 1, name)
     for name, surfaces in _classify(volumes, test).items():
         if surfaces:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
-    stalk = test.stalk
     straight = replace(
         stalk, section_height_mm=None, rotation_deg=0.0, taper=0.0, void_offset_mm=0.0
     )
@@ -131,15 +141,42 @@ def _shape(stalk: Stalk) -> None:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         scale = stalk.scale_at(z)
-        towards_bore = max(0.0, outer - math.hypot(x, y)) / (outer - inner)
+        towards_bore = min(max(0.0, outer - math.hypot(x, y)) / (outer - inner), 1.0)
         across, up = scale * x, scale * (flat * y + towards_bore * stalk.void_offset_mm)
         gmsh.model.mesh.setNode(tag, [cos * across - sin * up, sin * across + cos * up, z], [])
 
 
-def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int, list[int]]:
+def _filled(stalk: Stalk) -> Stalk:
+    """Return the stalk with a layer of the node's material in its void, all along."""
+    core = Layer(NODE, stalk.void_diameter_mm, stalk.materials[-1])
+    return Stalk(stalk.length_mm, 0.0, (core, *stalk.layers))
+
+
+def _extrude_with_node(
+    section: Blocks, z: NDArray[np.float64], node_mm: tuple[float, float]
+) -> Blocks:
+    """Extrude a section that has a core, and return volumes, the core only in the node and last.
+
+    The core elsewhere stays in Gmsh's model, as what is beside it is extruded from it, but is in
+    no physical group, and so in no mesh.
+    """
+    cuts = [0, *(int(np.abs(z - at).argmin()) for at in node_mm if at > z[0]), len(z) - 1]
+    volumes: Blocks = {index: [] for index in range(len(section))}
+    for start, stop in itertools.pairwise(cuts):
+        made, section = _extrude(section, z[start : stop + 1])
+        for index in range(1, len(made)):
+            volumes[index - 1] += made[index]
+        if node_mm[0] < (z[start] + z[stop]) / 2.0 < node_mm[1]:
+            volumes[len(made) - 1] += made[0]
+    return volumes
+
+
+def _extrude(section: Blocks, z: NDArray[np.float64]) -> tuple[Blocks, Blocks]:
+    """Extrude a section; return volumes, and the section at the end."""
     length = float(z[-1] - z[0])
     heights = ((z[1:] - z[0]) / length).tolist()
-    volumes: dict[int, list[int]] = {}
+    volumes: Blocks = {}
+    ends: Blocks = {}
     for index, surfaces in section.items():
         made = gmsh.model.geo.extrude(
             [(2, surface) for surface in surfaces],
@@ -150,11 +187,13 @@ def _extrude(section: dict[int, list[int]], z: NDArray[np.float64]) -> dict[int,
             heights=heights,
             recombine=True,
         )
-        volumes[index] = [tag for dimension, tag in made if dimension == 3]
-    return volumes
+        solids = [at for at, (dimension, _) in enumerate(made) if dimension == 3]
+        volumes[index] = [made[at][1] for at in solids]
+        ends[index] = [made[at - 1][1] for at in solids]  # before each comes the face opposite
+    return volumes, ends
 
 
-def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, list[int]]:
+def _classify(volumes: Blocks, test: BendingTest) -> dict[str, list[int]]:
     """Sort the boundary surfaces by where they lie; the geometry decides, not an order."""
     quarter = test.numerics.domain == "quarter"
     inner, outer = test.stalk.void_diameter_mm / 2.0, test.stalk.outer_diameter_mm / 2.0
@@ -164,7 +203,10 @@ def _classify(volumes: dict[int, list[int]], test: BendingTest) -> dict[str, lis
     for _, tag in gmsh.model.getBoundary(solids, combined=True, oriented=False):
         x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
         if z1 - z0 < tolerance:
-            name = "symmetry_z" if quarter and abs(z0) < tolerance else "ends"
+            if abs(z0) > (0.5 - 1e-6) * test.stalk.length_mm:
+                name = "ends"
+            else:  # a plane of symmetry, or a face of the node
+                name = "symmetry_z" if quarter and abs(z0) < tolerance else "inner"
         elif max(abs(x0), abs(x1)) < tolerance:
             name = "symmetry_x"
         else:

@@ -87,6 +87,7 @@ class BendingTest:
             return
         for what, skew in (
             ("stalk with taper", self.stalk.taper != 0.0),
+            ("stalk with a node off midspan", self.stalk.node_mm and self.stalk.node_at_mm != 0.0),
             ("fixture that differs at Z and -Z", not self.fixture.symmetric),
         ):
             if skew:

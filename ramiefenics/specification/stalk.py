@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ramiefenics.specification.checks import check_instance, check_number
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.material import Material
+from ramiefenics.specification.material import Elastic, Material
+
+NODE_POISSON = 0.3
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,12 @@ class Stalk:
         Rise of the void's centre over the stalk's axis, along the section's height: towards the
         indenter, if it is not turned. The innermost layer is thinner there; the others are
         concentric.
+    node_thickness_mm
+        Thickness along Z of a node, a diaphragm that closes the void; 0 for none. Fibres cross
+        in it: its material is that of the innermost layer, but isotropic, in all directions as
+        stiff as that along its fibres.
+    node_at_mm
+        Z of its middle.
     """
 
     length_mm: float
@@ -84,6 +92,8 @@ class Stalk:
     stiffness_gradient_per_m: float = 0.0
     reference_position_mm: float = 0.0
     void_offset_mm: float = 0.0
+    node_thickness_mm: float = 0.0
+    node_at_mm: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -117,6 +127,7 @@ class Stalk:
             "stiffness_gradient_per_m",
             "reference_position_mm",
             "void_offset_mm",
+            "node_at_mm",
         ):
             check_number(self, name)
         if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
@@ -124,6 +135,7 @@ class Stalk:
                 "taper", self.taper, "must leave a tenth of the diameter at either end"
             )
         self._check_void()
+        self._check_node()
         if self.stiffness_factor <= 0.0:
             raise SpecificationError(
                 "stiffness_gradient_per_m",
@@ -144,6 +156,36 @@ class Stalk:
         if abs(self.void_offset_mm) > limit:
             allowed = f"must be at most {limit:g} mm, or the innermost layer is too thin there"
             raise SpecificationError("void_offset_mm", self.void_offset_mm, allowed)
+
+    def _check_node(self) -> None:
+        """Check that there is a void for the node to close, and that it is within the stalk."""
+        check_number(self, "node_thickness_mm", at_least=0.0, unit="mm")
+        if self.node_thickness_mm == 0.0:
+            return
+        if self.void_diameter_mm == 0.0:
+            allowed = "must be 0 for a solid core"
+            raise SpecificationError("node_thickness_mm", self.node_thickness_mm, allowed)
+        limit = self.length_mm / 2.0 - self.node_thickness_mm / 2.0
+        if abs(self.node_at_mm) >= limit:
+            allowed = f"must be within {limit:g} mm of midspan, or the node is not in the stalk"
+            raise SpecificationError("node_at_mm", self.node_at_mm, allowed)
+
+    @property
+    def node_mm(self) -> tuple[float, float] | None:
+        """Z of both faces of the node; None if there is none."""
+        if self.node_thickness_mm == 0.0:
+            return None
+        half = self.node_thickness_mm / 2.0
+        return self.node_at_mm - half, self.node_at_mm + half
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """Of the layers, from the inside out, and of the node if there is one; at midspan."""
+        made = [layer.material for layer in self.layers]
+        if self.node_mm is not None:
+            elastic = Elastic.isotropic(made[0].elastic.E_Z_MPa, NODE_POISSON)
+            made.append(replace(made[0], elastic=elastic))
+        return tuple(material.scaled(self.stiffness_factor) for material in made)
 
     def void_centre_mm(self, z_mm: float) -> tuple[float, float]:
         """Return X and Y of the void's centre at Z."""
