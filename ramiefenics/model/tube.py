@@ -142,7 +142,7 @@ def _shape(stalk: Stalk) -> None:
     for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         scale = stalk.scale_at(z)
         towards_bore = min(max(0.0, outer - math.hypot(x, y)) / (outer - inner), 1.0)
-        across, up = scale * x, scale * (flat * y + towards_bore * stalk.void_offset_mm)
+        across, up = scale * x, flat * scale * y + towards_bore * scale * stalk.void_offset_mm
         gmsh.model.mesh.setNode(tag, [cos * across - sin * up, sin * across + cos * up, z], [])
 
 
