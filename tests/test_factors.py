@@ -8,15 +8,26 @@ from mpi4py import MPI
 
 from ramiefenics import BendingTest
 from ramiefenics.model.bending import BendingProblem
-from ramiefenics.solve.factors import single_factors
+from ramiefenics.solve.factors import SingleFactors, single_factors
 
 
-def test_they_solve_to_single_precision_and_follow_the_matrix(coarse: BendingTest) -> None:
-    problem = BendingProblem(coarse, MPI.COMM_SELF)
-    matrix = problem.equations.matrix
-    factors = single_factors(matrix)
-    if factors is None:
+@pytest.fixture
+def problem(coarse: BendingTest) -> BendingProblem:
+    return BendingProblem(coarse, MPI.COMM_SELF)
+
+
+@pytest.fixture
+def factors(problem: BendingProblem) -> SingleFactors:
+    found = single_factors(problem.equations.matrix)
+    if found is None:
         pytest.skip("there is no MUMPS in single precision here")
+    return found
+
+
+def test_they_solve_to_single_precision_and_follow_the_matrix(
+    problem: BendingProblem, factors: SingleFactors
+) -> None:
+    matrix = problem.equations.matrix
     expected, b = matrix.petsc.createVecs()
     expected.array[:] = 1e-30 * np.random.default_rng(1).standard_normal(expected.size)
     for stiffness in (1.0, 7.0):
@@ -32,12 +43,10 @@ def test_they_solve_to_single_precision_and_follow_the_matrix(coarse: BendingTes
         assert found.array == pytest.approx(expected.array, abs=1e-4 * np.abs(expected.array).max())
 
 
-def test_a_matrix_without_inverse_gives_no_number(coarse: BendingTest) -> None:
-    problem = BendingProblem(coarse, MPI.COMM_SELF)
+def test_a_matrix_without_inverse_gives_no_number(
+    problem: BendingProblem, factors: SingleFactors
+) -> None:
     matrix = problem.equations.matrix
-    factors = single_factors(matrix)
-    if factors is None:
-        pytest.skip("there is no MUMPS in single precision here")
     x, b = matrix.petsc.createVecs()
     b.set(1.0)
     matrix.petsc.zeroEntries()

@@ -6,41 +6,19 @@ import math
 from dataclasses import replace
 
 import pytest
-from mpi4py import MPI
+from slender import POISSON, SPAN, YOUNG, force, slender, with_
 
 import ramiefenics as rf
-from ramiefenics.effects.combining import with_effects
 
-YOUNG, POISSON, SPAN, DIAMETER, RADIUS = 300.0, 0.3, 200.0, 8.0, 5.0
+DIAMETER, RADIUS = 8.0, 5.0
 SECOND_MM4 = math.pi / 64 * DIAMETER**4
 SHEAR_N = YOUNG / 2 / (1 + POISSON) * math.pi / 4 * DIAMETER**2 * 0.89  # Cowper 1966
 TRAVEL_MM = 1.0
 
 
 def rod(*changes: str, friction: float = 0.0) -> rf.BendingTest:
-    material = rf.Material(rf.Elastic.isotropic(YOUNG, POISSON))
-    stalk = rf.Stalk(240.0, 0.0, (rf.Layer("core", DIAMETER, material),))
     fixture = rf.Fixture(SPAN, RADIUS, RADIUS, rf.Friction(friction, friction))
-    settings = (
-        "numerics.mesh=ladder_q2_1",
-        "numerics.mesh.angular_elements=4",
-        "numerics.mesh.contact_size=0.05",
-        "numerics.acoustic_check=false",
-        "numerics.stepping.first_step_mm=1",
-        f"protocol.travel_mm={TRAVEL_MM}",
-        f"protocol.save_every_mm={TRAVEL_MM}",
-    )
-    return rf.override(rf.BendingTest(stalk, fixture, law="isotropic"), [*settings, *changes])
-
-
-def with_(test: rf.BendingTest, **amplitudes: float) -> rf.BendingTest:
-    return with_effects(test, [(rf.EFFECTS[name], a) for name, a in amplitudes.items()])
-
-
-def force(test: rf.BendingTest) -> float:
-    result = rf.simulate(test, MPI.COMM_SELF)
-    assert result.completed, result.ending.reason
-    return float(result.curve["force_N"].iloc[-1])
+    return slender(0.0, DIAMETER, fixture, *changes, travel_mm=TRAVEL_MM)
 
 
 @pytest.fixture(scope="module")

@@ -9,41 +9,20 @@ import pytest
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
+from slender import SPAN, force, slender, with_
 
 import ramiefenics as rf
-from ramiefenics.effects.combining import exclusions, with_effects
+from ramiefenics.effects.combining import exclusions
 from ramiefenics.model.tube import SURFACES, build_tube
 
-YOUNG, POISSON, SPAN, OUTER, INNER = 300.0, 0.3, 200.0, 8.0, 4.0
+OUTER, INNER = 8.0, 4.0
 
 
 def tube(*changes: str) -> rf.BendingTest:
-    """A slender, thick-walled tube of one isotropic layer, which contact hardly flattens."""
-    material = rf.Material(rf.Elastic.isotropic(YOUNG, POISSON))
-    stalk = rf.Stalk(240.0, INNER, (rf.Layer("wall", OUTER, material),))
+    """Thick-walled, so that it hardly flattens."""
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
-    settings = (
-        "numerics.mesh=ladder_q2_1",
-        "numerics.mesh.angular_elements=4",
-        "numerics.mesh.wall_elements=1",
-        "numerics.mesh.rind_elements=1",
-        "numerics.mesh.contact_size=0.05",
-        "numerics.acoustic_check=false",
-        "numerics.stepping.first_step_mm=1",
-        "protocol.travel_mm=1",
-        "protocol.save_every_mm=1",
-    )
-    return rf.override(rf.BendingTest(stalk, fixture, law="isotropic"), [*settings, *changes])
-
-
-def with_(test: rf.BendingTest, **amplitudes: float) -> rf.BendingTest:
-    return with_effects(test, [(rf.EFFECTS[name], a) for name, a in amplitudes.items()])
-
-
-def force(test: rf.BendingTest) -> float:
-    result = rf.simulate(test, MPI.COMM_SELF)
-    assert result.completed, result.ending.reason
-    return float(result.curve["force_N"].iloc[-1])
+    elements = ("numerics.mesh.wall_elements=1", "numerics.mesh.rind_elements=1")
+    return slender(INNER, OUTER, fixture, *elements, *changes)
 
 
 @pytest.fixture(scope="module")

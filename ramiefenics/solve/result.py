@@ -99,7 +99,8 @@ class BendingResult(Result):
         """Travel at the first step at which a property is found lost; none if never.
 
         The keys are those of `LOSSES`: J is not positive, some principal stretch is below
-        `Law.least_stretch`, the acoustic tensor has an eigenvalue that is not positive.
+        `Law.least_stretch`, the acoustic tensor has an eigenvalue that is not positive, which is
+        sought at saved steps.
         """
         curve = self.curve
         lost = {
@@ -170,14 +171,27 @@ class BendingResult(Result):
 
     def notes(self) -> list[str]:
         """Return what the material loses, jumps, and why it ended."""
-        lost = [f"{LOSSES[n]}, from {at:.2f} mm of travel on" for n, at in self.losses_mm.items()]
+        lost = [
+            f"{LOSSES[n]}, at the latest from {at:.2f} mm of travel on"
+            for n, at in self.losses_mm.items()
+        ]
         jumps = [
             f"the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
             f"{jump.energy_released_Nmm:.3g} N mm"
             for jump in self.jumps
         ]
         ended = [] if self.completed else [f"not completed: {self.ending.reason}"]
-        return [*lost, *jumps, *ended]
+        return [*lost, *self._unsearched(), *jumps, *ended]
+
+    def _unsearched(self) -> list[str]:
+        """Return how far strong ellipticity was sought, if a run that ended early is beyond."""
+        if not self.test.numerics.acoustic_check or len(self.curve) == 1:
+            return []
+        sought = self.curve["min_acoustic_MPa"].notna()
+        if sought.iloc[-1]:
+            return []
+        last = self.curve["displacement_mm"][sought].iloc[-1] if sought.any() else 0.0
+        return [f"strong ellipticity was not sought beyond {last:.2f} mm of travel"]
 
     def numbers(self) -> dict[str, Any]:
         """Return force, energies, losses and cost."""

@@ -74,32 +74,37 @@ def simulate(
             if step.save:
                 searched = observer.search(step.observables)
                 step = dataclasses.replace(step, observables=searched)
-            steps.append(step)
-            if step.save:
                 snapshots.append(camera.take(step.travel_mm, step.time_s))
+            steps.append(step)
             if on_step is not None:
                 on_step(step)
             if request.agreed():
                 reason = f"interrupted at {step.travel_mm:.3f} mm of travel"
                 interrupted = Ending("interrupted", reason)
                 break
-    cells = problem.tube.mesh.topology.index_map(problem.tube.mesh.topology.dim)
-    statistics = Statistics(
-        dofs=problem.unknowns,
-        cells=int(cells.size_global),
-        steps=len(steps) - 1,
-        newton_iterations=stepper.newton_iterations,
-        linear_iterations=stepper.newton.tangent.iterations,
-        cut_backs=stepper.cut_backs,
-        wall_s=time.perf_counter() - start,
-        ranks=comm.size,
-    )
+    statistics = _statistics(problem, stepper, len(steps) - 1, time.perf_counter() - start)
     kept = tuple(snapshot for snapshot in snapshots if snapshot is not None)
     ending = interrupted or stepper.ending
     assert ending is not None  # or the steps would go on
     log.info("%s %s", ending.kind, ending.reason)
     jumps = tuple(step.jump for step in steps if step.jump is not None)
     return BendingResult(test, _curve(test, steps), kept, statistics, ending, jumps)
+
+
+def _statistics(
+    problem: BendingProblem, stepper: QuasiStatic[Observables], steps: int, wall_s: float
+) -> Statistics:
+    mesh = problem.tube.mesh
+    return Statistics(
+        dofs=problem.unknowns,
+        cells=int(mesh.topology.index_map(mesh.topology.dim).size_global),
+        steps=steps,
+        newton_iterations=stepper.newton_iterations,
+        linear_iterations=stepper.newton.tangent.iterations,
+        cut_backs=stepper.cut_backs,
+        wall_s=wall_s,
+        ranks=mesh.comm.size,
+    )
 
 
 def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
