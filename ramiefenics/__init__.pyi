@@ -16,6 +16,7 @@ from .discovery import (
 from .effects import (
     EFFECTS as EFFECTS,
     SUSPECTS as SUSPECTS,
+    Companion as Companion,
     Effect as Effect,
 )
 from .measured import (

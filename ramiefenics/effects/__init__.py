@@ -1,11 +1,16 @@
 """Suspected causes: what a simulation may be lacking, one module each; a new one is listed here."""
 
-from ramiefenics.effects.base import Effect, load_effects
+from ramiefenics.effects.base import Companion, Effect, load_effects
+from ramiefenics.effects.bimodular_fibre import BIMODULAR_FIBRE
+from ramiefenics.effects.crushing import CRUSHING
 from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
 from ramiefenics.effects.eccentric_void import ECCENTRIC_VOID
 from ramiefenics.effects.fibre_damage import FIBRE_DAMAGE
+from ramiefenics.effects.fibre_strength import FIBRE_STRENGTH
+from ramiefenics.effects.fibre_yield import FIBRE_YIELD
 from ramiefenics.effects.fixture_radius import FIXTURE_RADIUS
 from ramiefenics.effects.friction import FRICTION
+from ramiefenics.effects.irreversible_damage import IRREVERSIBLE_DAMAGE
 from ramiefenics.effects.load_offset import LOAD_OFFSET
 from ramiefenics.effects.load_scale import LOAD_SCALE
 from ramiefenics.effects.machine_compliance import MACHINE_COMPLIANCE
@@ -18,6 +23,7 @@ from ramiefenics.effects.seating_gap import SEATING_GAP
 from ramiefenics.effects.span_error import SPAN_ERROR
 from ramiefenics.effects.stiffness_gradient import STIFFNESS_GRADIENT
 from ramiefenics.effects.taper import TAPER
+from ramiefenics.effects.viscoelastic import VISCOELASTIC
 from ramiefenics.effects.wall_thickness_error import WALL_THICKNESS_ERROR
 
 EFFECTS: dict[str, Effect] = {
@@ -43,7 +49,13 @@ EFFECTS: dict[str, Effect] = {
         TAPER,
         # material
         PITH_CORE,
+        BIMODULAR_FIBRE,
+        FIBRE_STRENGTH,
         FIBRE_DAMAGE,
+        IRREVERSIBLE_DAMAGE,
+        FIBRE_YIELD,
+        CRUSHING,
+        VISCOELASTIC,
         STIFFNESS_GRADIENT,
     )
 }
@@ -62,4 +74,4 @@ SUSPECTS: dict[str, Effect] = {
 """What `discover` tries unless it is told others: each one more costs simulations of all specimens,
 and its record of cases is of these six."""
 
-__all__ = ["EFFECTS", "SUSPECTS", "Effect", "load_effects"]
+__all__ = ["EFFECTS", "SUSPECTS", "Companion", "Effect", "load_effects"]

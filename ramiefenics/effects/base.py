@@ -16,6 +16,30 @@ from ramiefenics.specification.user_file import load_objects
 
 
 @dataclass(frozen=True)
+class Companion:
+    """A second number that an effect comes with, and what is known of it before any test.
+
+    Its logarithm has a normal prior.
+
+    Attributes
+    ----------
+    name
+        Of the argument of `Effect.apply`.
+    unit
+        ``1`` for a pure number.
+    median
+        Of the prior; the argument's default.
+    log_sd
+        Standard deviation of the logarithm.
+    """
+
+    name: str
+    unit: str
+    median: float
+    log_sd: float
+
+
+@dataclass(frozen=True)
 class Effect:
     """Something that real stalks or machines have, and the baseline has not.
 
@@ -45,6 +69,8 @@ class Effect:
         does. A quantity whose zero has a meaning (a distance from midspan) is no covariate.
     enters
         Where in the model it enters, one line.
+    companions
+        Further numbers, which are as little known as the amplitude; see `given`.
     per_specimen
         Whether its amplitude differs from specimen to specimen, as how one lay on its supports
         does; else all specimens of a batch, or of a machine, share it.
@@ -61,6 +87,7 @@ class Effect:
     apply: Callable[..., BendingTest]
     covariates: Mapping[str, str] = field(default_factory=dict)
     enters: str = ""
+    companions: tuple[Companion, ...] = ()
     per_specimen: bool = False
     file: Path | None = None
 
@@ -82,6 +109,27 @@ class Effect:
             if argument not in arguments:
                 allowed = f"must be an argument of apply, which has {', '.join(arguments)}"
                 raise SpecificationError(f"effect {self.name}.covariates", argument, allowed)
+        for companion in self.companions:
+            taken = arguments.get(companion.name)
+            if taken is None or taken.default != companion.median:
+                allowed = f"must be an argument of apply whose default is {companion.median:g}"
+                raise SpecificationError(f"effect {self.name}.companions", companion.name, allowed)
+
+    def given(self, **values: float) -> Effect:
+        """Return the effect with values of its companions in place of their medians.
+
+        Raises
+        ------
+        SpecificationError
+            If it has no companion of that name.
+        """
+        known = {companion.name for companion in self.companions}
+        for name, value in values.items():
+            if name not in known:
+                allowed = f"is no companion, of which it has {', '.join(sorted(known)) or 'none'}"
+                raise SpecificationError(f"effect {self.name}.{name}", value, allowed)
+        companions = tuple(replace(c, median=values.get(c.name, c.median)) for c in self.companions)
+        return replace(self, apply=partial(self.apply, **values), companions=companions)
 
     def centred(self, tests: Sequence[BendingTest]) -> Effect:
         """Return the effect with its covariates counted from their means over these tests.

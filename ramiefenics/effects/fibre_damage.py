@@ -3,16 +3,13 @@
 from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
+from ramiefenics.effects.materials import with_large_strain
 from ramiefenics.specification import BendingTest
 
 
-def _apply(test: BendingTest, amplitude: float) -> BendingTest:
-    layers = []
-    for layer in test.stalk.layers:
-        large_strain = layer.material.large_strain
-        damaged = replace(large_strain, fibre_damage=large_strain.fibre_damage + amplitude)
-        layers.append(replace(layer, material=replace(layer.material, large_strain=damaged)))
-    return replace(test, stalk=replace(test.stalk, layers=tuple(layers)))
+def damaged(test: BendingTest, amplitude: float) -> BendingTest:
+    """Return the test with that much more damage of the fibres."""
+    return with_large_strain(test, lambda x: replace(x, fibre_damage=x.fibre_damage + amplitude))
 
 
 FIBRE_DAMAGE = Effect(
@@ -23,6 +20,6 @@ FIBRE_DAMAGE = Effect(
     unit="1",
     bounds=(0.0, 0.95),
     typical=0.5,
-    apply=_apply,
+    apply=damaged,
     enters="the stored axial energy of every layer: large_strain.fibre_damage",
 )

@@ -197,14 +197,14 @@ class _Twin:
 
 
 def _same_mesh(one: BendingTest, other: BendingTest) -> bool:
-    """Return whether specifications differ by materials and friction at most."""
+    """Return whether specifications differ by materials, law and friction at most."""
     if len(one.stalk.layers) != len(other.stalk.layers):
         return False
     pairs = zip(other.stalk.layers, one.stalk.layers, strict=True)
     layers = tuple(replace(layer, material=like.material) for layer, like in pairs)
     stalk = replace(other.stalk, layers=layers)
     fixture = replace(other.fixture, friction=one.fixture.friction)
-    return replace(other, stalk=stalk, fixture=fixture) == one
+    return replace(other, stalk=stalk, fixture=fixture, law=one.law) == one
 
 
 def _either_side(test: BendingTest, parameter: Parameter, share: float) -> tuple[float, float]:

@@ -142,9 +142,13 @@ class LargeStrain:
         How fast the section stiffens when crushed: compressed in one direction to the stretch
         lambda, its tangent gains about this multiple of ``(ln lambda)^2``, as a cellular solid
         that closes its cells (Gibson and Ashby 1997).
+    bimodularity
+        Share of the fibres' axial stiffness that they have not in compression (bimodular materials:
+        Ambartsumyan 1986); none by default.
     fibre_damage
         Share of the fibres' stress that is lost at a tensile strain of 0.05, by an energy limiter
-        (Volokh 2007); none by default. Unloading is elastic: for monotonic loading only.
+        (Volokh 2007); none by default. Unloading is elastic, for monotonic loading only, in all
+        laws but ``inelastic``.
     """
 
     fibre_strength: float = 0.1
@@ -152,6 +156,7 @@ class LargeStrain:
     shear_yield_strain: float = 0.05
     shear_residual_tangent: float = 0.2
     densification: float = 12.0
+    bimodularity: float = 0.0
     fibre_damage: float = 0.0
 
     def __post_init__(self) -> None:
@@ -168,6 +173,7 @@ class LargeStrain:
         check_number(self, "fibre_residual_tangent", at_least=0.0)
         check_number(self, "shear_yield_strain", above=0.0)
         check_number(self, "densification", at_least=0.0)
+        check_number(self, "bimodularity", at_least=0.0, below=1.0)
         check_number(self, "fibre_damage", at_least=0.0, below=1.0)
 
 

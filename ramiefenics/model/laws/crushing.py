@@ -9,15 +9,17 @@ section has two principal values. Where one is a pressure above
 
 the tissue is crushed along that direction, and only along it: cells that collapse do not bulge
 (Gibson and Ashby 1997, section 5.3). As the lost area a comes near a_D, where the cells are closed,
-Y grows without limit. Tension opens nothing again. Along the crushed directions d_i the plastic
-part changes by ``exp(-sum g_i d_i (x) d_i)``; the amounts g_i follow in closed form from the trial
-stress, which by the stiffness at rest falls by ``C11 g_i + C12 g_j``. What that differs by from the
-law's own stiffness is left to the next step.
+Y grows without limit. Tension opens nothing again. Of the strain beyond Y the tissue is crushed by
+the share ``crushed_share``; the rest raises Y for good. Along the crushed directions d_i the
+plastic part changes by ``exp(-sum g_i d_i (x) d_i)``; the amounts g_i follow in closed form from
+the trial stress, which by the stiffness at rest falls by ``C11 g_i + C12 g_j``. What that differs
+by from the law's own stiffness is left to the next step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import ufl
 
@@ -28,43 +30,65 @@ from ramiefenics.specification import Material
 CONSTANTS = (
     Constant("crushing_strain", "1", default=0.05, above=0.0),  # s_Y / C11
     Constant("densified", "1", default=0.4, above=0.0),  # a_D
+    Constant("crushed_share", "1", default=1.0, at_least=0.0, at_most=1.0),
 )
+
+START: dict[str, Any] = {"unloading": ((1.0, 0.0), (0.0, 1.0)), "resistance": 0.0}
+"""What the section remembers at rest: the inverse of F_p, and what Y has gained over C11."""
 
 ROUNDING = 1e-10
 """Difference of the principal stresses over C11 at which directions begin to have a meaning."""
 
 
-def _parameters(material: Material) -> dict[str, float]:
+def parameters(material: Material) -> dict[str, float]:
+    """Return the default law's parameters, and those of crushing."""
     c11, c12, _, _ = stiffness_entries(material.elastic)
     return SATURATING_FIBRE.parameters(material) | {"C11": c11, "rho": c12 / c11}
 
 
-def _elastic_part(F: Expr, unloading: Expr) -> Expr:
+def elastic_part(F: Expr, unloading: Expr) -> Expr:
     """Return F_e from the block of F_p^-1 within the section, UFL shape (2, 2)."""
     u = unloading
     return F * ufl.as_matrix(((u[0, 0], u[0, 1], 0), (u[1, 0], u[1, 1], 0), (0, 0, 1)))
 
 
 def _energy(F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
-    return SATURATING_FIBRE.energy(_elastic_part(F, state["unloading"]), p)
+    return SATURATING_FIBRE.energy(elastic_part(F, state["unloading"]), p)
 
 
 def _update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
+    return crushed(F, p, last, lambda elastic: fibre_stress(fibre_strain(elastic, p), p))
+
+
+def crushed(
+    F: Expr, p: Mapping[str, Expr], last: State, stress_of_fibres: Callable[[Expr], Expr]
+) -> dict[str, Expr]:
+    """Return what the section remembers at the end of a step.
+
+    Parameters
+    ----------
+    F, p, last
+        As for `Memory.update`.
+    stress_of_fibres
+        From F_e to the stress Psi', MPa.
+    """
     u = last["unloading"]
-    mean, half, shear = _section_stress(_elastic_part(F, u), p)
+    elastic = elastic_part(F, u)
+    mean, half, shear = _section_stress(elastic, stress_of_fibres(elastic), p)
     radius = ufl.sqrt(half**2 + shear**2 + ROUNDING**2)
+    gained = last["resistance"]
     left = p["densified"] - ufl.ln(ufl.det(u))
-    first, second = _crushed(radius - mean, -radius - mean, left, p)
+    first, second, harder = _amounts(radius - mean - gained, -radius - mean - gained, left, p)
     # exp(first d1 (x) d1 + second d2 (x) d2), d1 along the higher pressure
     middle = (ufl.exp(first) + ufl.exp(second)) / 2
     apart = (ufl.exp(first) - ufl.exp(second)) / 2 / radius
     grown = ufl.as_matrix(
         ((middle - apart * half, -apart * shear), (-apart * shear, middle + apart * half))
     )
-    return {"unloading": u * grown}
+    return {"unloading": u * grown, "resistance": gained + harder}
 
 
-def _section_stress(F: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
+def _section_stress(F: Expr, of_fibres: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
     """Return mean, half difference and shear of the Mandel stress within the section, over C11.
 
     The shear energies do not change when the section is stretched (but for that of a G_XY other
@@ -77,45 +101,55 @@ def _section_stress(F: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
     densified = p["d"] / 24 * (2 * p["mu"] + p["lambda"])
     by_shape = (p["mu"] + densified * distortion) / p["C11"]
     by_volume = p["lambda"] * log_j + 4 * densified * log_j**3
-    by_fibres = p["r"] * fibre_stress(fibre_strain(F, p), p)
-    mean = by_shape * ((c11 + c22) / 2 - 1) + (by_volume + by_fibres) / p["C11"]
+    mean = by_shape * ((c11 + c22) / 2 - 1) + (by_volume + p["r"] * of_fibres) / p["C11"]
     return mean, by_shape * (c11 - c22) / 2, by_shape * c12
 
 
-def _crushed(high: Expr, low: Expr, left: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr]:
-    """Return by how much the directions of the higher and the lower pressure are crushed.
+def _amounts(high: Expr, low: Expr, left: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
+    """Return by how much both directions are crushed, and what Y gains otherwise, over C11.
 
     Parameters
     ----------
     high, low
-        Pressures over C11 if nothing were crushed in this step.
+        Higher and lower pressure over C11 if nothing were crushed in this step, less what Y has
+        gained before.
     left
         What was left before the step of the area to lose, a_D - a.
     p
         The law's parameters.
     """
-    rho, y, room = p["rho"], p["crushing_strain"], p["densified"]
+    rho, share, first_y = p["rho"], p["crushed_share"], p["crushing_strain"] * p["densified"]
 
-    def still_left(pressure: Expr, stiffness: Expr, times: int) -> Expr:
-        """Solve ``pressure - stiffness (left - z) = times y room / z`` for what is left then."""
-        b = pressure - stiffness * left
-        return (ufl.sqrt(b**2 + 4 * stiffness * times * y * room) - b) / (2 * stiffness)
+    def beyond(pressure: Expr, stiffness: Expr, times: int) -> Expr:
+        """Solve ``(pressure - falls z) (left - share z) = times first_y`` for the strain z."""
+        falls = share * stiffness + times * (1 - share)
+        root = ufl.sqrt(
+            (falls * left - share * pressure) ** 2 + 4 * falls * share * times * first_y
+        )
+        over = pressure * left - times * first_y
+        return 2 * over / (falls * left + share * pressure + root)
 
-    yields = ufl.gt(high, y * room / left)
-    alone = still_left(high, ufl.as_ufl(1.0), 1)
-    both = ufl.gt(low - rho * (left - alone), y * room / alone)
-    together = left - still_left(high + low, 1 + rho, 2)
-    difference = (high - low) / (1 - rho)
-    first = ufl.conditional(both, (together + difference) / 2, left - alone)
-    second = ufl.conditional(both, (together - difference) / 2, 0.0)
-    return ufl.conditional(yields, first, 0.0), ufl.conditional(yields, second, 0.0)
+    alone = beyond(high, ufl.as_ufl(1.0), 1)
+    both = ufl.gt((1 - rho) * share * alone, high - low)
+    strain = ufl.conditional(both, beyond(high + low, 1 + rho, 2), alone)
+    difference = ufl.conditional(both, (high - low) / (1 - rho), share * alone)
+    yields = ufl.gt(high * left, first_y)
+    first, second, harder = (
+        ufl.conditional(yields, amount, 0.0)
+        for amount in (
+            (share * strain + difference) / 2,
+            (share * strain - difference) / 2,
+            (1 - share) * strain,
+        )
+    )
+    return first, second, harder
 
 
 CRUSHING = Law(
     "crushing",
-    _parameters,
+    parameters,
     _energy,
     homogeneous=True,
     constants=CONSTANTS,
-    memory=Memory({"unloading": ((1.0, 0.0), (0.0, 1.0))}, _update),
+    memory=Memory(START, _update),
 )

@@ -35,11 +35,11 @@ CONSTANTS = (
 
 
 def _parameters(material: Material) -> dict[str, float]:
-    damage = material.large_strain.fibre_damage
-    if damage != 0.0:
-        raise SpecificationError(
-            "large_strain.fibre_damage", damage, "must be 0 for the law fibre_plasticity"
-        )
+    for name in ("fibre_damage", "bimodularity"):
+        value = getattr(material.large_strain, name)
+        if value != 0.0:
+            allowed = "must be 0 for the law fibre_plasticity"
+            raise SpecificationError(f"large_strain.{name}", value, allowed)
     p = SATURATING_FIBRE.parameters(material)
     rise = p["k"] / (p["k"] - p["h"])
     return p | {"strength": p["s_c"] * rise, "hardening": p["h"] * rise}

@@ -7,7 +7,8 @@ With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
   strains alone;
 - fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``: the second term carries the Poisson coupling.
   Linear in tension; in compression the stress saturates,
-  ``Psi' = h e - s_c tanh((k - h) |e| / s_c)``. Damage limits the energy (Volokh 2007):
+  ``Psi' = h e - s_c tanh((k_c - h) |e| / s_c)``, with the tangent k_c at first, which is that of
+  tension, k, unless the fibres are bimodular. Damage limits the energy (Volokh 2007):
   ``Psi / (1 + c Psi)``, so that the stress falls by the factor ``(1 + c Psi)^-2``;
 - axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
@@ -54,17 +55,20 @@ def _parameters(material: Material) -> dict[str, float]:
     )
     if abs(axial) <= NO_FIBRES * c33:
         ratio, tangent, residual, strength = 0.0, NO_FIBRES * c33, 0.0, NO_FIBRES * c33
-    if residual >= tangent:
+    compressive = tangent * (1 - large_strain.bimodularity)
+    if residual >= compressive:
         raise SpecificationError(
             "large_strain.fibre_residual_tangent",
             large_strain.fibre_residual_tangent,
-            f"must be below {tangent / g_xz:.4g} = k / G_XZ for the law saturating_fibre",
+            f"must be below {compressive / g_xz:.4g} = k_c / G_XZ, the fibres' tangent in "
+            "compression, for the law saturating_fibre",
         )
     return {
         "mu": mu,
         "lambda": c12 - tangent * ratio**2,
         "r": ratio,
         "k": tangent,
+        "k_c": compressive,
         "s_c": strength,
         "h": residual,
         "c": ((1 - large_strain.fibre_damage) ** -0.5 - 1) / (tangent * DAMAGE_STRAIN**2 / 2),
@@ -117,12 +121,17 @@ def _saturated(q: Expr, p: Mapping[str, Expr]) -> Expr:
 
 
 def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
-    drop = p["k"] - p["h"]
+    elastic = undamaged_energy(e, p)
+    return elastic / (1 + p["c"] * elastic)
+
+
+def undamaged_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
+    """Return the energy Psi of whole fibres with the strain e, N/mm2."""
+    drop = p["k_c"] - p["h"]
     x = drop * abs(e) / p["s_c"]
     log_cosh = x + ufl.ln((1 + ufl.exp(-2 * x)) / 2)  # does not overflow, unlike cosh
     compression = p["h"] / 2 * e**2 + p["s_c"] ** 2 / drop * log_cosh
-    elastic = ufl.conditional(ufl.ge(e, 0), p["k"] / 2 * e**2, compression)
-    return elastic / (1 + p["c"] * elastic)
+    return ufl.conditional(ufl.ge(e, 0), p["k"] / 2 * e**2, compression)
 
 
 def fibre_stress(e: Expr, p: Mapping[str, Expr]) -> Expr:

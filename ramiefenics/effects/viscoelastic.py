@@ -1,0 +1,31 @@
+"""Tissue relaxes."""
+
+from ramiefenics.effects.base import Companion, Effect
+from ramiefenics.effects.materials import with_law
+from ramiefenics.specification import BendingTest
+
+
+def _apply(test: BendingTest, amplitude: float, relaxation_time_s: float = 10.0) -> BendingTest:
+    if amplitude == 0.0:
+        return test
+    return with_law(
+        test,
+        "viscoelasticity",
+        "relaxing_share_1",
+        amplitude,
+        relaxation_time_1_s=relaxation_time_s,
+    )
+
+
+VISCOELASTIC = Effect(
+    name="viscoelastic",
+    physics="Held stalks relax, and slow ones bear less: of what fast loading would take a share "
+    "decays with relaxation_time_s; the amplitude is that share.",
+    reference="Simo 1987, Computer Methods in Applied Mechanics and Engineering 60, 153-173",
+    unit="1",
+    bounds=(0.0, 0.9),
+    typical=0.2,
+    apply=_apply,
+    enters="the law viscoelasticity: relaxing_share_1, relaxation_time_1_s of every layer",
+    companions=(Companion("relaxation_time_s", "s", 10.0, log_sd=1.5),),
+)
