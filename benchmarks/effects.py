@@ -73,7 +73,9 @@ def page() -> str:
 
 
 def _physics(effect: Effect) -> str:
-    return f"- `{effect.name}`: {effect.physics} {effect.reference}.\n"
+    companions = " and ".join(map(str, effect.companions))
+    comes_with = f" Comes with {companions}." if companions else ""
+    return f"- `{effect.name}`: {effect.physics} {effect.reference}.{comes_with}\n"
 
 
 def _excluded() -> str:

@@ -55,7 +55,13 @@ MINE = Law("mine", NEO_HOOKEAN.parameters, energy)
 """
 
 
-@pytest.fixture(params=[*LAWS, "own"])
+LONG = "inelastic_viscoelasticity"
+"""Without C ten seconds; in parts the others have it."""
+
+
+@pytest.fixture(
+    params=[pytest.param(x, marks=pytest.mark.slow if x == LONG else ()) for x in (*LAWS, "own")]
+)
 def law(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     if request.param != "own":
         return str(request.param)

@@ -33,7 +33,7 @@ def with_constants(**constants: float) -> Material:
 
 def remembering(law: str) -> Material:
     """Return a material of which something is lost; a law may leave it to its constants."""
-    if law != "inelastic":
+    if not law.startswith("inelastic"):
         return XYLEM
     damaged = dataclasses.replace(XYLEM.large_strain, fibre_damage=0.5)
     shares = {"yielding_share": 0.5, "crushed_share": 0.5}

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
-from ramiefenics.effects import EFFECTS, SUSPECTS, Companion, Effect, load_effects
+from ramiefenics.effects import EFFECTS, SUSPECTS, Effect, load_effects
 from ramiefenics.effects.combining import exclusions, with_effects
 from ramiefenics.published.stalks import ramie
 from ramiefenics.specification import BendingTest, SpecificationError
@@ -114,12 +114,6 @@ def _unit(effect: Effect) -> str:
     return "" if effect.unit == "1" else f" {effect.unit}"
 
 
-def _companion(companion: Companion) -> str:
-    unit = "" if companion.unit == "1" else f" {companion.unit}"
-    low, high = (companion.median * math.exp(by * companion.log_sd) for by in (-1.96, 1.96))
-    return f"{companion.name} = {companion.median:g}{unit}, 95 % from {low:.2g} to {high:.2g}{unit}"
-
-
 def _told(effect: Effect) -> str:
     """Return all that is known of an effect."""
     low, high = effect.bounds
@@ -129,7 +123,7 @@ def _told(effect: Effect) -> str:
         "Amplitude": f"{low:g} to {high:g}{_unit(effect)}, typically {effect.typical:g}"
         + (", another one in every specimen" if effect.per_specimen else ""),
         "Enters": effect.enters,
-        "Comes with": ", ".join(map(_companion, effect.companions)),
+        "Comes with": ", ".join(map(str, effect.companions)),
         "Covariates": ", ".join(effect.covariates.values()),
         "Not with": ", ".join(_excluded(effect)),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -37,6 +38,12 @@ class Companion:
     unit: str
     median: float
     log_sd: float
+
+    def __str__(self) -> str:
+        """Tell its value with the interval of 95 %."""
+        low, high = (self.median * math.exp(by * self.log_sd) for by in (-1.96, 1.96))
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{self.name} = {self.median:g}{unit} (95 %: {low:.2g} to {high:.2g}{unit})"
 
 
 @dataclass(frozen=True)

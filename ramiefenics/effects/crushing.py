@@ -1,14 +1,14 @@
 """Tissue is crushed for good."""
 
 from ramiefenics.effects.base import Companion, Effect
-from ramiefenics.effects.materials import with_law
+from ramiefenics.effects.materials import with_part
 from ramiefenics.specification import BendingTest
 
 
 def _apply(test: BendingTest, amplitude: float, crushing_strain: float = 0.05) -> BendingTest:
     if amplitude == 0.0:
         return test
-    return with_law(test, "inelastic", "crushed_share", amplitude, crushing_strain=crushing_strain)
+    return with_part(test, "inelastic", "crushed_share", amplitude, crushing_strain=crushing_strain)
 
 
 CRUSHING = Effect(

@@ -1,14 +1,14 @@
 """Fibres yield."""
 
 from ramiefenics.effects.base import Companion, Effect
-from ramiefenics.effects.materials import with_law
+from ramiefenics.effects.materials import with_part
 from ramiefenics.specification import BendingTest
 
 
 def _apply(test: BendingTest, amplitude: float, yield_strain: float = 0.01) -> BendingTest:
     if amplitude == 0.0:
         return test
-    return with_law(test, "inelastic", "yielding_share", amplitude, yield_strain=yield_strain)
+    return with_part(test, "inelastic", "yielding_share", amplitude, yield_strain=yield_strain)
 
 
 FIBRE_YIELD = Effect(

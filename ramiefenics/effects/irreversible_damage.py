@@ -4,14 +4,14 @@ from dataclasses import replace
 
 from ramiefenics.effects.base import Effect
 from ramiefenics.effects.fibre_damage import damaged
-from ramiefenics.effects.materials import checked_law
+from ramiefenics.effects.materials import law_with
 from ramiefenics.specification import BendingTest
 
 
 def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
-    return replace(damaged(test, amplitude), law=checked_law(test, "inelastic"))
+    return replace(damaged(test, amplitude), law=law_with(test, "inelastic"))
 
 
 IRREVERSIBLE_DAMAGE = Effect(

@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from ramiefenics.model.laws import law_named
 from ramiefenics.specification import BendingTest, LargeStrain, Material, SpecificationError
 
-ELASTIC_LAW = "saturating_fibre"
+PARTS = {
+    "saturating_fibre": frozenset[str](),
+    "inelastic": frozenset({"inelastic"}),
+    "viscoelasticity": frozenset({"viscoelasticity"}),
+    "inelastic_viscoelasticity": frozenset({"inelastic", "viscoelasticity"}),
+}
+"""What is not elastic in the laws that are the default one but for that."""
 
 
 def with_materials(test: BendingTest, change: Callable[[Material], Material]) -> BendingTest:
@@ -23,33 +30,34 @@ def with_large_strain(
     return with_materials(test, lambda m: replace(m, large_strain=change(m.large_strain)))
 
 
-def checked_law(test: BendingTest, law: str) -> str:
-    """Return a law's name, if it is the test's, or can take the place of the elastic default.
+def law_with(test: BendingTest, part: str) -> str:
+    """Return the name of the law that has what the test's law has, and a part more.
 
     Raises
     ------
     SpecificationError
-        If the test has another law.
+        If the test's law is not made of such parts.
     """
-    if test.law not in (ELASTIC_LAW, law):
-        allowed = f"must be {ELASTIC_LAW} or {law}: two laws that remember cannot be one"
+    if test.law not in PARTS:
+        allowed = f"must be one of {', '.join(PARTS)}, of which {part} is a part or can become one"
         raise SpecificationError("law", test.law, allowed)
-    return law
+    wanted = PARTS[test.law] | {part}
+    return next(law for law, parts in PARTS.items() if parts == wanted)
 
 
-def with_law(
-    test: BendingTest, law: str, share: str, amount: float, **others: float
+def with_part(
+    test: BendingTest, part: str, share: str, amount: float, **others: float
 ) -> BendingTest:
-    """Return the test with a law, and more of a share that is one of its constants.
+    """Return the test with a part in its law, and more of a share that is one of its constants.
 
     Parameters
     ----------
     test
-        Of that law, or the elastic default, which is the same where the law's shares are zero.
-    law
-        Its name.
+        Of a law in `PARTS`.
+    part
+        The law in which that share is all that is not elastic.
     share
-        The constant's.
+        The constant's name.
     amount
         What is added to it.
     others
@@ -60,10 +68,12 @@ def with_law(
     SpecificationError
         If the test has another law.
     """
+    law = law_with(test, part)
+    defaults = {constant.name: constant.default for constant in law_named(test.law).constants}
 
     def change(material: Material) -> Material:
         given = material.law_constants
-        added = {share: given.get(share, 0.0) + amount, **others}
-        return replace(material, law_constants=given | added)
+        before = given.get(share, defaults.get(share)) or 0.0
+        return replace(material, law_constants=given | {share: before + amount, **others})
 
-    return replace(with_materials(test, change), law=checked_law(test, law))
+    return replace(with_materials(test, change), law=law)

@@ -1,14 +1,14 @@
 """Tissue relaxes."""
 
 from ramiefenics.effects.base import Companion, Effect
-from ramiefenics.effects.materials import with_law
+from ramiefenics.effects.materials import with_part
 from ramiefenics.specification import BendingTest
 
 
 def _apply(test: BendingTest, amplitude: float, relaxation_time_s: float = 10.0) -> BendingTest:
     if amplitude == 0.0:
         return test
-    return with_law(
+    return with_part(
         test,
         "viscoelasticity",
         "relaxing_share_1",

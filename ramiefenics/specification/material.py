@@ -148,7 +148,7 @@ class LargeStrain:
     fibre_damage
         Share of the fibres' stress that is lost at a tensile strain of 0.05, by an energy limiter
         (Volokh 2007); none by default. Unloading is elastic, for monotonic loading only, in all
-        laws but ``inelastic``.
+        laws but ``inelastic`` and ``inelastic_viscoelasticity``.
     """
 
     fibre_strength: float = 0.1

@@ -1,4 +1,4 @@
-"""Linear viscoelasticity by a Prony series, on any elastic law.
+"""Linear viscoelasticity by a Prony series, on any elastic law, beside what may be inelastic.
 
 With the elastic energy W, of the right Cauchy-Green tensor C, shares g_i and relaxation times
 tau_i, the free energy is
@@ -12,6 +12,10 @@ hence at small strain, each branch relaxes by ``g_i exp(-t / tau_i)``. A_i is in
 along a C that is linear in time over a step (Simo and Hughes 1998, Eq. 10.3.12), and so is the
 dissipation, ``g_i / tau_i (C - A_i) : ddW(A_i) : (C - A_i)``, but for ddW, which is taken at the
 step's end; it is positive wherever W is convex in C.
+
+Another law, which may remember, can take the place of the lasting part, ``(1 - sum g_i) W(C)``.
+Both bear in parallel, share F and nothing else, as in the parallel rheological framework (Bergstrom
+and Boyce 1998; Hurtado, Lapczyk and Govindarajan 2013), so that each dissipates on its own.
 """
 
 from __future__ import annotations
@@ -22,11 +26,12 @@ from dataclasses import dataclass
 import ufl
 
 from ramiefenics.model.laws.base import Constant, Expr, Law, Memory, State
+from ramiefenics.model.laws.inelastic import INELASTIC
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
 from ramiefenics.specification import Material, SpecificationError
 
 
-def prony(name: str, elastic: Law, branches: int) -> Law:
+def prony(name: str, elastic: Law, branches: int, lasting: Law | None = None) -> Law:
     """Return a viscoelastic law.
 
     Its constants are ``relaxing_share_1``, ``relaxation_time_1_s`` and so on.
@@ -39,26 +44,33 @@ def prony(name: str, elastic: Law, branches: int) -> Law:
         Its behaviour in fast loading.
     branches
         Number of terms of the Prony series.
+    lasting
+        What bears the load that does not relax, of the same elastic constants and with all of the
+        elastic law's parameters; by default that law.
     """
-    series = _PronySeries(elastic, range(1, branches + 1))
+    lasting = elastic if lasting is None else lasting
+    series = _PronySeries(elastic, lasting, range(1, branches + 1))
+    start = {} if lasting.memory is None else dict(lasting.memory.start)
+    units = {} if lasting.memory is None else lasting.memory.units
     rest = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    start = {"metric": rest} | {f"followed_{i}": rest for i in series.numbers}
+    start |= {"metric": rest} | {f"followed_{i}": rest for i in series.numbers}
     return Law(
         name,
         series.parameters,
         series.energy,
-        least_stretch=elastic.least_stretch,
-        homogeneous=elastic.homogeneous,
-        constants=elastic.constants + tuple(c for i in series.numbers for c in _constants(i)),
-        memory=Memory(start, series.update, series.dissipation),
+        least_stretch=max(elastic.least_stretch, lasting.least_stretch),
+        homogeneous=elastic.homogeneous and lasting.homogeneous,
+        constants=lasting.constants + tuple(c for i in series.numbers for c in _constants(i)),
+        memory=Memory(start, series.update, series.dissipation, units),
     )
 
 
 @dataclass(frozen=True)
 class _PronySeries:
-    """What a viscoelastic law consists of: an elastic law, and the numbers of its branches."""
+    """What a viscoelastic law consists of: that of its branches, the lasting one, their numbers."""
 
     elastic: Law
+    lasting: Law
     numbers: range
 
     def parameters(self, material: Material) -> dict[str, float]:
@@ -66,10 +78,14 @@ class _PronySeries:
         if total >= 1.0:
             allowed = "must be below 1, all shares together, or nothing bears a load for long"
             raise SpecificationError("law_constants.relaxing_share", total, allowed)
-        return self.elastic.parameters(material)
+        return self.lasting.parameters(material)
+
+    def lasting_share(self, p: Mapping[str, Expr]) -> Expr:
+        return 1 - sum(p[f"relaxing_share_{i}"] for i in self.numbers)
 
     def energy(self, F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
-        whole = self.elastic.energy(F, p)
+        left = self.lasting_share(p)
+        whole = left * self.lasting.stored(F, p, state) + (1 - left) * self.elastic.energy(F, p)
         for i in self.numbers:
             followed = ufl.variable(state[f"followed_{i}"])
             there = self._energy_of(followed, p)
@@ -79,7 +95,7 @@ class _PronySeries:
 
     def update(self, F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
         metric = F.T * F
-        now = {"metric": metric}
+        now = {**self.lasting.state(F, p, last, duration), "metric": metric}
         for i in self.numbers:
             x = duration / p[f"relaxation_time_{i}_s"]
             lag = last["metric"] - last[f"followed_{i}"]
@@ -91,7 +107,7 @@ class _PronySeries:
         self, F: Expr, p: Mapping[str, Expr], last: State, now: State, duration: Expr
     ) -> Expr:
         growth = now["metric"] - last["metric"]
-        total = 0.0
+        total = self.lasting_share(p) * self.lasting.dissipated(F, p, last, now, duration)
         for i in self.numbers:
             x = duration / p[f"relaxation_time_{i}_s"]
             lag = last["metric"] - last[f"followed_{i}"]
@@ -140,3 +156,4 @@ def _mean_square_growth(x: Expr) -> Expr:
 
 
 VISCOELASTICITY = prony("viscoelasticity", SATURATING_FIBRE, branches=1)
+INELASTIC_VISCOELASTICITY = prony("inelastic_viscoelasticity", SATURATING_FIBRE, 1, INELASTIC)
