@@ -330,3 +330,22 @@ def test_stalks_bear_less_by_about_the_derivative_where_the_law_changes(
     assert slope < 0.0
     # a chord; the force is not solved tighter than to 1e-4 of it
     assert force(effect.apply(test, amount)) - elastic == pytest.approx(slope * amount, rel=0.1)
+
+
+@pytest.mark.slow
+def test_only_lasting_damage_shows_in_unloading(coarse: rf.BendingTest) -> None:
+    path = ["protocol.travel_mm=6", "protocol.then=[{to_mm=2}]", "numerics.acoustic_check=false"]
+    test = rf.override(coarse, path)
+    lasting, elastic = (
+        rf.simulate(with_(test, **{name: 0.8}), MPI.COMM_SELF).curve
+        for name in ("irreversible_damage", "fibre_damage")
+    )
+    # few points are unloaded while the indenter goes down
+    assert lasting["force_N"].max() == pytest.approx(elastic["force_N"].max(), rel=2e-3)
+    assert lasting["force_N"].iloc[-1] < 0.97 * elastic["force_N"].iloc[-1]
+    parts = lasting[["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]].sum(axis=1)
+    work = lasting["indenter_work_Nmm"]
+    # the trapezoidal rule, in steps of up to 1 mm
+    assert (work - parts).abs().max() < 0.02 * work.max()
+    assert lasting["dissipated_Nmm"].diff().min() >= -1e-9 * work.max()
+    assert not elastic["dissipated_Nmm"].any()

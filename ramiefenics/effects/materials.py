@@ -39,7 +39,7 @@ def law_with(test: BendingTest, part: str) -> str:
         If the test's law is not made of such parts.
     """
     if test.law not in PARTS:
-        allowed = f"must be one of {', '.join(PARTS)}, of which {part} is a part or can become one"
+        allowed = f"must be one of {', '.join(PARTS)}, to which {part} can be added"
         raise SpecificationError("law", test.law, allowed)
     wanted = PARTS[test.law] | {part}
     return next(law for law, parts in PARTS.items() if parts == wanted)
