@@ -103,10 +103,26 @@ def axial_MPa(test):
     return test.stalk.layers[0].material.scaled(test.stalk.stiffness_factor).elastic.E_Z_MPa
 
 
+def test_moisture_softens_all_that_resists(coarse):
+    """The force goes with the moduli; the given ones are those at the mean of 1 and 2."""
+    stalk = rf.override(coarse, [*SHORT, "protocol.travel_mm=1"])
+    tests = [placed(stalk, moisture=m, position_mm=500.0 * m) for m in (1.0, 2.0)]
+    wet = [EFFECTS["moisture"].centred(tests).apply(test, 1.5) for test in tests]
+    expected = np.exp([0.75, -0.75]) * axial_MPa(stalk)
+    assert [axial_MPa(test) for test in wet] == pytest.approx(expected)
+    assert force(wet[1], 1.0) == pytest.approx(np.exp(-0.75) * force(stalk, 1.0), rel=1e-4)
+    # one softening after another, and a gradient with height, each from its own reference
+    twice = EFFECTS["moisture"].apply(wet[1], 0.5, reference=1.8)
+    graded = EFFECTS["stiffness_gradient"].apply(twice, 0.2, reference_mm=750.0)
+    softer = np.exp(-0.75 - 0.5 * 0.2) * axial_MPa(stalk)
+    assert axial_MPa(graded) == pytest.approx(1.05 * softer)
+
+
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_only_covariates_are_centred(effect, stalk):
     """Displacement, diameters and a distance from midspan have a zero of their own."""
-    tests = [placed(stalk, position_mm=p, measured_at_mm=90.0) for p in (200.0, 600.0)]
+    places = (200.0, 600.0)
+    tests = [placed(stalk, position_mm=p, measured_at_mm=90.0, moisture=p / 1e3) for p in places]
     centred = effect.centred(tests)
     same = [effect.apply(t, effect.typical) == centred.apply(t, effect.typical) for t in tests]
     assert all(same) == (not effect.covariates)

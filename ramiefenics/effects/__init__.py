@@ -14,6 +14,7 @@ from ramiefenics.effects.irreversible_damage import IRREVERSIBLE_DAMAGE
 from ramiefenics.effects.load_offset import LOAD_OFFSET
 from ramiefenics.effects.load_scale import LOAD_SCALE
 from ramiefenics.effects.machine_compliance import MACHINE_COMPLIANCE
+from ramiefenics.effects.moisture import MOISTURE
 from ramiefenics.effects.node import NODE
 from ramiefenics.effects.nonlinear_compliance import NONLINEAR_COMPLIANCE
 from ramiefenics.effects.off_centre_indenter import OFF_CENTRE_INDENTER
@@ -57,6 +58,7 @@ EFFECTS: dict[str, Effect] = {
         CRUSHING,
         VISCOELASTIC,
         STIFFNESS_GRADIENT,
+        MOISTURE,
     )
 }
 

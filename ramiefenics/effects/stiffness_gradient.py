@@ -11,7 +11,7 @@ def _apply(test: BendingTest, amplitude: float, reference_mm: float = 0.0) -> Be
         return test
     stalk = test.stalk
     # what the stalk's own gradient, if it has one, makes of the moduli there
-    factor = replace(stalk, position_mm=reference_mm).stiffness_factor
+    factor = replace(stalk, position_mm=reference_mm).position_factor
     stalk = replace(
         stalk,
         layers=tuple(replace(x, material=x.material.scaled(factor)) for x in stalk.layers),

@@ -69,6 +69,13 @@ class Stalk:
         order the force does not depend on what is stiffer on one side and softer on the other.
     reference_position_mm
         Where on the plant the moduli are the given ones.
+    moisture
+        Mass of water over dry mass.
+    moisture_softening
+        Relative loss of all moduli of all layers per `moisture`: they go with
+        ``exp(-moisture_softening (moisture - reference_moisture))``.
+    reference_moisture
+        Moisture at which the moduli are the given ones.
     void_offset_mm
         Rise of the void's centre over the stalk's axis, along the section's height: towards the
         indenter, if it is not turned. The innermost layer is thinner there; the others are
@@ -91,6 +98,9 @@ class Stalk:
     position_mm: float = 0.0
     stiffness_gradient_per_m: float = 0.0
     reference_position_mm: float = 0.0
+    moisture: float = 0.0
+    moisture_softening: float = 0.0
+    reference_moisture: float = 0.0
     void_offset_mm: float = 0.0
     node_thickness_mm: float = 0.0
     node_at_mm: float = 0.0
@@ -130,13 +140,16 @@ class Stalk:
             "node_at_mm",
         ):
             check_number(self, name)
+        for name in ("moisture", "reference_moisture"):
+            check_number(self, name, at_least=0.0, at_most=20.0)
+        check_number(self, "moisture_softening", at_least=-20.0, at_most=20.0)
         if min(self.scale_at(-self.length_mm / 2.0), self.scale_at(self.length_mm / 2.0)) < 0.1:
             raise SpecificationError(
                 "taper", self.taper, "must leave a tenth of the diameter at either end"
             )
         self._check_void()
         self._check_node()
-        if self.stiffness_factor <= 0.0:
+        if self.position_factor <= 0.0:
             raise SpecificationError(
                 "stiffness_gradient_per_m",
                 self.stiffness_gradient_per_m,
@@ -197,10 +210,20 @@ class Stalk:
         return 1.0 - self.taper * (z_mm - self.measured_at_mm) / self.outer_diameter_mm
 
     @property
-    def stiffness_factor(self) -> float:
-        """The moduli at midspan over the given ones."""
+    def position_factor(self) -> float:
+        """What the place on the plant multiplies the moduli by, at midspan."""
         metres = (self.position_mm - self.reference_position_mm) / 1000.0
         return 1.0 + self.stiffness_gradient_per_m * metres
+
+    @property
+    def moisture_factor(self) -> float:
+        """What moisture multiplies the moduli by."""
+        return math.exp(self.moisture_softening * (self.reference_moisture - self.moisture))
+
+    @property
+    def stiffness_factor(self) -> float:
+        """The moduli at midspan over the given ones."""
+        return self.position_factor * self.moisture_factor
 
     @property
     def outer_diameter_mm(self) -> float:
