@@ -79,6 +79,7 @@ from .specification import (
     Stalk as Stalk,
     Stepping as Stepping,
     Target as Target,
+    Tissue as Tissue,
     mesh_recipe as mesh_recipe,
     override as override,
     read_test as read_test,

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from dolfinx import mesh as dmesh
 from numpy.typing import NDArray
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
@@ -28,6 +29,8 @@ from ramiefenics.model.kernels.scalars import Graph
 from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws import LAWS, Law, law_named
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
+from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS, STRETCH
+from ramiefenics.model.material_memory import point_element
 from ramiefenics.model.solid import Solid
 from ramiefenics.published.stalks import XYLEM
 from ramiefenics.specification import Elastic
@@ -184,14 +187,18 @@ def test_lowering_is_what_ufl_evaluates() -> None:
     assert expected.of(expected.stress) == pytest.approx(values, rel=1e-10)
 
 
-def deformed(order: int, serendipity: bool, law: str) -> Solid:
-    """Two distorted cells at random displacements, which remember a step there."""
+def deformed(order: int, serendipity: bool, law: str, differs: bool = False) -> Solid:
+    """Two distorted cells at random displacements, which remember a step there.
+
+    Moduli, fibres and their stretch at rest may differ from point to point.
+    """
     axis = np.array([0.0, 1.0])
     mesh = block(np.array([0.0, 1.0, 1.8]), axis, axis)
     mesh = second_order(mesh) if order == 2 else mesh
     rng = np.random.default_rng(5)
     mesh.geometry.x[:] += 0.05 * rng.standard_normal(mesh.geometry.x.shape)
-    solid = Solid(mesh, layers(mesh), [material_for(law)], law, serendipity)
+    local = random_fields(mesh, order, rng) if differs else {}
+    solid = Solid(mesh, layers(mesh), [material_for(law)], law, serendipity, local)
     for amount in (0.02, 0.03):
         u = solid.displacement.x.array
         u[:] = amount * rng.standard_normal(len(u))
@@ -200,6 +207,18 @@ def deformed(order: int, serendipity: bool, law: str) -> Solid:
             solid.remember()
     solid.duration.value = 0.7
     return solid
+
+
+def random_fields(
+    mesh: dmesh.Mesh, order: int, rng: np.random.Generator
+) -> dict[str, fem.Function]:
+    space = fem.functionspace(mesh, point_element(mesh, order))
+    fields = {}
+    for name in (STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH):
+        fields[name] = fem.Function(space)
+        mean = 0.0 if name in (FIBRE_X, FIBRE_Y) else 1.0
+        fields[name].x.array[:] = mean + rng.uniform(-0.1, 0.1, len(fields[name].x.array))
+    return fields
 
 
 def check_cells(solid: Solid) -> None:
@@ -231,6 +250,16 @@ def assembled(functional: Any) -> float:
 @pytest.mark.parametrize(("order", "serendipity"), [(1, False), (2, False), (2, True)])
 def test_on_cells_it_is_what_the_form_compiler_integrates(order: int, serendipity: bool) -> None:
     check_cells(deformed(order, serendipity, "svk"))
+
+
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_values_that_differ_from_point_to_point_are_where_they_belong(order: int) -> None:
+    check_cells(deformed(order, False, "svk", differs=True))
+
+
+@pytest.mark.slow
+def test_on_cells_every_law_takes_them(law: str) -> None:
+    check_cells(deformed(1, False, law, differs=True))
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from ramiefenics.effects.bimodular_fibre import BIMODULAR_FIBRE
 from ramiefenics.effects.crushing import CRUSHING
 from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
 from ramiefenics.effects.eccentric_void import ECCENTRIC_VOID
+from ramiefenics.effects.fibre_angle import FIBRE_ANGLE
 from ramiefenics.effects.fibre_damage import FIBRE_DAMAGE
 from ramiefenics.effects.fibre_strength import FIBRE_STRENGTH
 from ramiefenics.effects.fibre_yield import FIBRE_YIELD
@@ -20,6 +21,7 @@ from ramiefenics.effects.nonlinear_compliance import NONLINEAR_COMPLIANCE
 from ramiefenics.effects.off_centre_indenter import OFF_CENTRE_INDENTER
 from ramiefenics.effects.ovality import OVALITY
 from ramiefenics.effects.pith_core import PITH_CORE
+from ramiefenics.effects.radial_gradient import RADIAL_GRADIENT
 from ramiefenics.effects.seating_gap import SEATING_GAP
 from ramiefenics.effects.span_error import SPAN_ERROR
 from ramiefenics.effects.stiffness_gradient import STIFFNESS_GRADIENT
@@ -59,6 +61,8 @@ EFFECTS: dict[str, Effect] = {
         VISCOELASTIC,
         STIFFNESS_GRADIENT,
         MOISTURE,
+        RADIAL_GRADIENT,
+        FIBRE_ANGLE,
     )
 }
 

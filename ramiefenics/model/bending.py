@@ -13,6 +13,7 @@ from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.solid import Solid
+from ramiefenics.model.tissue import tissue_fields
 from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
 from ramiefenics.specification import BendingTest, Cylinder
 
@@ -56,7 +57,12 @@ class BendingProblem:
         stalk = test.stalk
         recipe = test.numerics.mesh
         self.solid = Solid(
-            self.tube.mesh, self.tube.cells, stalk.materials, test.law, recipe.serendipity
+            self.tube.mesh,
+            self.tube.cells,
+            stalk.materials,
+            test.law,
+            recipe.serendipity,
+            tissue_fields(stalk, self.tube),
         )
         radii = test.stalk.radii_mm
         elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)

@@ -18,6 +18,25 @@ from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws.base import Expr
 
 
+def point_element(mesh: dmesh.Mesh, order: int, **options: Any) -> Any:
+    """Return a discontinuous element whose nodes are the Gauss points of the volume's quadrature.
+
+    Parameters
+    ----------
+    mesh
+        Hexahedra.
+    order
+        Of the solid's elements: the quadrature has one point more along an edge.
+    options
+        Of `basix.ufl.element`.
+    """
+    variant = basix.LagrangeVariant.gl_warped
+    cell = mesh.basix_cell()
+    return basix.ufl.element(
+        "Lagrange", cell, order, lagrange_variant=variant, discontinuous=True, **options
+    )
+
+
 class MaterialMemory:
     """Internal variables at every quadrature point of the cells.
 
@@ -47,11 +66,9 @@ class MaterialMemory:
     def __init__(self, mesh: dmesh.Mesh, order: int, start: Mapping[str, Any]) -> None:
         values = {name: np.asarray(value, dtype=np.float64) for name, value in start.items()}
         self.size = sum(value.size for value in values.values())
-        options = {"lagrange_variant": basix.LagrangeVariant.gl_warped, "discontinuous": True}
-        cell = mesh.basix_cell()
-        nodes = basix.ufl.element("Lagrange", cell, order, **options)
-        element = basix.ufl.element("Lagrange", cell, order, shape=(self.size,), **options)
-        self._function = fem.Function(fem.functionspace(mesh, element), name="memory")
+        nodes = point_element(mesh, order)
+        space = fem.functionspace(mesh, point_element(mesh, order, shape=(self.size,)))
+        self._function = fem.Function(space, name="memory")
         self.numbers[:] = np.concatenate([value.ravel() for value in values.values()])
         self._nodes = nodes.basix_element
         self.points = self._nodes.points

@@ -100,7 +100,7 @@ class Camera:
         F = solid.gradient(solid.displacement)
         sigma = solid.cauchy()
         deviator = ufl.dev(sigma)
-        along = F[:, 2]
+        along = solid.fibres(F)
         stretch = ufl.sqrt(ufl.dot(along, along))
         fields = ufl.as_vector(
             (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +21,7 @@ from ramiefenics.model.kernels.lowering import UnknownOperation
 from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws import law_named
 from ramiefenics.model.laws.base import Expr, State
+from ramiefenics.model.local_law import FIBRE_X, fibre, local_law
 from ramiefenics.model.material_memory import MaterialMemory
 from ramiefenics.specification import Material
 from ramiefenics.specification.material import G_PER_CM3
@@ -52,6 +53,8 @@ class Solid:
         Material law, as in the specification.
     serendipity
         Whether the displacement does without nodes inside faces and cells (Arnold and Awanou 2011).
+    local
+        What differs from point to point, by the names in `local_law`.
 
     Attributes
     ----------
@@ -72,9 +75,11 @@ class Solid:
         materials: Sequence[Material],
         law: str,
         serendipity: bool = False,
+        local: Mapping[str, fem.Function] | None = None,
     ) -> None:
         self.mesh = mesh
-        self.law = law_named(law)
+        self._local = dict(local or {})
+        self.law = local_law(law_named(law), tuple(self._local))
         parameters = [self.law.parameters_of(material) for material in materials]
         self.order = geometry_order(mesh)
         family = "S" if serendipity else "Lagrange"
@@ -82,10 +87,11 @@ class Solid:
         self.cellwise = fem.functionspace(mesh, ("DG", 0))
         self.displacement = fem.Function(self.space, name="displacement")
         self.duration = fem.Constant(mesh, 0.0)
-        self._parameters = {
+        self._layers = {
             name: self._layerwise(name, cells, [p[name] for p in parameters])
             for name in parameters[0]
         }
+        self._parameters = self._layers | self._local
         densities = [G_PER_CM3 * material.density_g_per_cm3 for material in materials]
         self.density = self._layerwise("density", cells, densities)
         self.dx = ufl.Measure(
@@ -102,7 +108,8 @@ class Solid:
         try:
             return ElementKernel(
                 self.law,
-                self._parameters,
+                self._layers,
+                self._local,
                 self._memory,
                 self.displacement,
                 self.duration,
@@ -123,6 +130,10 @@ class Solid:
     def gradient(self, displacement: Expr) -> Expr:
         """Return the deformation gradient of a displacement, UFL shape (3, 3)."""
         return ufl.Identity(3) + ufl.grad(displacement)
+
+    def fibres(self, F: Expr) -> Expr:
+        """Return the fibres' direction at rest, deformed by F, UFL shape (3,)."""
+        return F * fibre(self._local) if FIBRE_X in self._local else F[:, 2]
 
     @property
     def _last(self) -> State:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import add_section
+from ramiefenics.model.shape import stalk_point
 from ramiefenics.specification import BendingTest, Layer, Stalk
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
@@ -129,21 +129,10 @@ def _add_tube(test: BendingTest) -> None:
 
 
 def _shape(stalk: Stalk) -> None:
-    """Move the nodes of a straight circular tube to where the stalk has them.
-
-    First the bore is moved off the axis, then sections are scaled by the taper, and elliptic ones
-    are flattened and turned.
-    """
-    flat = stalk.height_mm / stalk.outer_diameter_mm
-    angle = math.radians(stalk.rotation_deg)
-    cos, sin = math.cos(angle), math.sin(angle)
-    inner, outer = stalk.radii_mm[:2]
+    """Move the nodes of a straight circular tube to where the stalk has them."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    for tag, (x, y, z) in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
-        scale = stalk.scale_at(z)
-        towards_bore = min(max(0.0, outer - math.hypot(x, y)) / (outer - inner), 1.0)
-        across, up = scale * x, flat * scale * y + towards_bore * scale * stalk.void_offset_mm
-        gmsh.model.mesh.setNode(tag, [cos * across - sin * up, sin * across + cos * up, z], [])
+    for tag, place in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
+        gmsh.model.mesh.setNode(tag, stalk_point(stalk, *place), [])
 
 
 def _filled(stalk: Stalk) -> Stalk:

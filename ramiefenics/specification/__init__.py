@@ -13,6 +13,7 @@ from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe, recip
 from ramiefenics.specification.numerics import ContactMethod, Explicit, Numerics, Stepping
 from ramiefenics.specification.protocol import Protocol, Target
 from ramiefenics.specification.stalk import Layer, Stalk
+from ramiefenics.specification.tissue import Tissue
 
 __all__ = [
     "BendingTest",
@@ -35,6 +36,7 @@ __all__ = [
     "Stalk",
     "Stepping",
     "Target",
+    "Tissue",
     "mesh_recipe",
     "override",
     "read_test",

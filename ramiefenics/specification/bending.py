@@ -80,9 +80,13 @@ class BendingTest:
     def _check_symmetry(self) -> None:
         """Check that what the model leaves out is the mirror image of what it has."""
         domain = self.numerics.domain
-        if self.stalk.rotation_deg != 0.0 and domain != "full":
-            allowed = "must be full for a stalk with rotation_deg, which has no symmetry along X"
-            raise SpecificationError("numerics.domain", domain, allowed)
+        for name, value in (
+            ("rotation_deg", self.stalk.rotation_deg),
+            ("tissue.fibre_angle_deg", self.stalk.tissue.fibre_angle_deg),
+        ):
+            if value != 0.0 and domain != "full":
+                allowed = f"must be full for a stalk with {name}, which has no symmetry along X"
+                raise SpecificationError("numerics.domain", domain, allowed)
         if domain != "quarter":
             return
         for what, skew in (

@@ -170,6 +170,10 @@ class Numerics:
         check_instance(self, "explicit", Explicit)
         check_choice(self, "acoustic_check", (False, True))
 
+    def whole(self) -> Numerics:
+        """Return the same with the whole stalk, for what has no plane of symmetry."""
+        return replace(self, domain="full")
+
     def whole_length(self) -> Numerics:
         """Return the same with both halves of the stalk's length, for what differs at Z and -Z."""
         return replace(self, domain="half") if self.domain == "quarter" else self

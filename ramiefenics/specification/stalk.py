@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ramiefenics.specification.checks import check_instance, check_number
 from ramiefenics.specification.errors import SpecificationError
 from ramiefenics.specification.material import Elastic, Material
+from ramiefenics.specification.tissue import Tissue
+
+Places = TypeVar("Places", float, NDArray[np.float64])
 
 NODE_POISSON = 0.3
 
@@ -86,6 +93,8 @@ class Stalk:
         stiff as that along its fibres.
     node_at_mm
         Z of its middle.
+    tissue
+        How it differs from place to place.
     """
 
     length_mm: float
@@ -104,6 +113,7 @@ class Stalk:
     void_offset_mm: float = 0.0
     node_thickness_mm: float = 0.0
     node_at_mm: float = 0.0
+    tissue: Tissue = field(default_factory=Tissue)
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -127,6 +137,7 @@ class Stalk:
             names.add(layer.name)
             inner = layer.outer_diameter_mm
             inside = f"layers.{layer.name}.outer_diameter_mm"
+        check_instance(self, "tissue", Tissue)
         if self.section_height_mm is not None:
             check_number(self, "section_height_mm", above=0.0, unit="mm")
         for name in (
@@ -205,7 +216,7 @@ class Stalk:
         angle, offset = math.radians(self.rotation_deg), self.scale_at(z_mm) * self.void_offset_mm
         return -offset * math.sin(angle), offset * math.cos(angle)
 
-    def scale_at(self, z_mm: float) -> float:
+    def scale_at(self, z_mm: Places) -> Places:
         """Return the diameters at Z over the given ones."""
         return 1.0 - self.taper * (z_mm - self.measured_at_mm) / self.outer_diameter_mm
 

@@ -62,6 +62,8 @@ class ElementKernel:
         The material.
     parameters
         Its parameters by name, constant in every cell.
+    local
+        Those that differ from point to point.
     memory
         What the quadrature points remember.
     displacement
@@ -90,6 +92,7 @@ class ElementKernel:
         self,
         law: Law,
         parameters: Mapping[str, fem.Function],
+        local: Mapping[str, fem.Function],
         memory: MaterialMemory | None,
         displacement: fem.Function,
         duration: fem.Constant,
@@ -114,12 +117,14 @@ class ElementKernel:
             "NODES": nodes,
             "PADDED_POINTS": padded_points,
             "PADDED_NODES": padded_nodes,
-            "PARAMETERS": len(parameters),
+            "PARAMETERS": len(parameters) + len(local) * padded_points,
             "REMEMBERED": remembered,
             "SYMMETRIC": int(law.memory is None),
             "WIDTH": WIDTH,
         }
-        module = compiled(_source(law, tuple(parameters), tuple(sizes.items())), _declared())
+        module = compiled(
+            _source(law, tuple(parameters), tuple(local), tuple(sizes.items())), _declared()
+        )
         self._ffi, self._lib = module.ffi, module.lib
         slopes = space.element.basix_element.tabulate(1, points)[
             1:, :, :, 0
@@ -129,14 +134,16 @@ class ElementKernel:
         by_point = np.zeros((3, nodes, padded_points))
         by_point[:, :, : self.points] = slopes.transpose(0, 2, 1)
         inverse, weight = self._map(points, weights, padded_points)
-        cellwise = np.stack([p.x.array for p in parameters.values()], axis=1)
+        cellwise = [p.x.array[: self._all, None] for p in parameters.values()]
+        pointwise = [self._at_points(p, points, padded_points) for p in local.values()]
+        numbers_of_law = np.concatenate([*cellwise, *pointwise], axis=1)
         places: Integers = np.zeros((1, 1), dtype=np.int32)
         numbers = np.zeros(1)
         if memory is not None:
             places, numbers = memory.places[: self._all], memory.numbers
         self._arrays = [  # in the order of the structure; they live as long as this does
             np.ascontiguousarray(array)
-            for array in (self.nodes, by_point, by_node, inverse, weight, cellwise)
+            for array in (self.nodes, by_point, by_node, inverse, weight, numbers_of_law)
         ] + [numbers, np.ascontiguousarray(places)]
         self._cells = self._of_cells(self.owned)
 
@@ -153,6 +160,13 @@ class ElementKernel:
         weight = np.zeros((self._all, padded))
         weight[:, : len(points)] = weights * np.abs(np.linalg.det(jacobian))
         return inverse, weight
+
+    def _at_points(self, values: fem.Function, points: Array, padded: int) -> Array:
+        """Return a function at the points of every cell, those behind the last one repeated."""
+        space = values.function_space
+        shares = space.element.basix_element.tabulate(0, points)[0, :, :, 0]
+        found = values.x.array[space.dofmap.list[: self._all]] @ shares.T
+        return np.pad(found, ((0, 0), (0, padded - len(points))), mode="edge")
 
     def _of_cells(self, count: int) -> Any:
         return self._ffi.new("struct cells *", [count, *map(self._pointer, self._arrays)])
@@ -244,11 +258,16 @@ class ElementKernel:
 
 
 @functools.cache
-def _source(law: Law, parameters: tuple[str, ...], sizes: tuple[tuple[str, int], ...]) -> str:
+def _source(
+    law: Law,
+    parameters: tuple[str, ...],
+    local: tuple[str, ...],
+    sizes: tuple[tuple[str, int], ...],
+) -> str:
     defined = "\n".join(f"#define {name} {value}" for name, value in sizes)
     elements = Path(__file__).with_name("element.c").read_text(encoding="utf-8")
     headers = "#include <math.h>\n#include <stdint.h>"
-    material = material_source(law, parameters)
+    material = material_source(law, parameters, local)
     return "\n".join((headers, defined, DECLARATIONS, material, elements))
 
 

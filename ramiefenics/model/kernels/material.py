@@ -16,7 +16,7 @@ from ramiefenics.model.laws.base import Expr, Law
 
 
 @functools.cache
-def material_source(law: Law, parameters: tuple[str, ...]) -> str:
+def material_source(law: Law, parameters: tuple[str, ...], local: tuple[str, ...] = ()) -> str:
     """Return C functions for all quadrature points of a cell: a law's, and their derivatives.
 
     ``law_stress``, ``law_tangent`` (the stress's derivative, whose last two indices are those of
@@ -30,6 +30,9 @@ def material_source(law: Law, parameters: tuple[str, ...]) -> str:
         The law.
     parameters
         Names of its parameters, in the order in which the functions take them.
+    local
+        Names of those that differ from point to point; each has all points' values, behind the
+        parameters.
 
     Raises
     ------
@@ -49,7 +52,7 @@ def material_source(law: Law, parameters: tuple[str, ...]) -> str:
     start: dict[str, Any] = {} if law.memory is None else dict(law.memory.start)
     gradient = given("F", (3, 3))
     F = ufl.variable(gradient)
-    p = {name: given(f"p_{name}_", ()) for name in parameters}
+    p = {name: given(f"p_{name}_", ()) for name in (*parameters, *local)}
     last = {name: given(f"last_{name}_", np.shape(value)) for name, value in start.items()}
     duration = given("duration", ())
     lower = Lowering(graph, terminals).lower
@@ -66,6 +69,10 @@ def material_source(law: Law, parameters: tuple[str, ...]) -> str:
     remembered = [str(graph.nodes[n][1]) for name in last for n in terminals[last[name]].ravel()]
     remembered += ["dissipated"] if start else []
     places |= {name: f"last[{i} * PADDED_POINTS + q]" for i, name in enumerate(remembered)}
+    places |= {
+        f"p_{name}_0": f"p[{len(parameters)} + {i} * PADDED_POINTS + q]"
+        for i, name in enumerate(local)
+    }
     of_cell = {f"p_{name}_0": f"p[{i}]" for i, name in enumerate(parameters)}
     of_cell["duration0"] = "duration"
     if not start:

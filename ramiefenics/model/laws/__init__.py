@@ -56,7 +56,7 @@ def _law_in(path: str, content: str) -> Law:
 
 
 def check_law(test: BendingTest) -> None:
-    """Check that there is a test's law, and that it can take the constants of every layer.
+    """Check that there is a test's law, and that it can take the constants of a stalk.
 
     Raises
     ------
@@ -69,6 +69,10 @@ def check_law(test: BendingTest) -> None:
             law.parameters_of(layer.material)
         except SpecificationError as error:
             raise error.inside(f"stalk.layers.{layer.name}.material") from error
+    gradient = test.stalk.tissue.radial_gradient
+    if gradient != 0.0 and not law.homogeneous:
+        allowed = f"must be 0 for the law {law.name}, whose stresses do not scale with the moduli"
+        raise SpecificationError("stalk.tissue.radial_gradient", gradient, allowed)
 
 
 __all__ = ["LAWS", "Constant", "Law", "Memory", "check_law", "law_content", "law_named"]

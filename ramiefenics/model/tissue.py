@@ -1,0 +1,63 @@
+"""How a stalk's tissue differs from point to point: moduli, fibres, strain at rest."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ramiefenics.model.compat import geometry_order
+from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS
+from ramiefenics.model.material_memory import point_element
+from ramiefenics.model.shape import round_section
+from ramiefenics.model.tube import TubeMesh
+from ramiefenics.specification import Stalk
+
+Array = NDArray[np.float64]
+
+
+def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
+    """Return what differs from point to point within layers, by the names in `local_law`.
+
+    The functions have their values at the quadrature points of the cells; between them, and at the
+    surface, they are interpolated.
+    """
+    tissue, mesh = stalk.tissue, tube.mesh
+    space = fem.functionspace(mesh, point_element(mesh, geometry_order(mesh)))
+    at = space.tabulate_dof_coordinates()
+    fields: dict[str, Array] = {}
+    if tissue.radial_gradient != 0.0:
+        layer = np.zeros(len(at), dtype=np.int32)
+        layer[space.dofmap.list[tube.cells.indices]] = tube.cells.values[:, None]
+        radius = np.hypot(*round_section(stalk, at))
+        fields[STIFFNESS] = 1.0 + tissue.radial_gradient * _outwards(stalk, radius, layer)
+    if tissue.fibre_angle_deg != 0.0:
+        fields[FIBRE_X], fields[FIBRE_Y] = _fibres(stalk, at)
+    functions = {name: fem.Function(space, name=name) for name in fields}
+    for name, function in functions.items():
+        function.x.array[:] = fields[name]
+    return functions
+
+
+def _outwards(stalk: Stalk, radius: Array, layer: NDArray[np.int32]) -> Array:
+    """Return a coordinate through every layer, of length 1 and mean 0 over its area."""
+    found = np.zeros_like(radius)
+    radii = stalk.radii_mm
+    for number, (inner, outer) in enumerate(itertools.pairwise(radii), start=1):
+        mean = 2.0 / 3.0 * (outer**3 - inner**3) / (outer**2 - inner**2)
+        here = layer == number
+        found[here] = (radius[here] - mean) / (outer - inner)
+    return found
+
+
+def _fibres(stalk: Stalk, at: Array) -> tuple[Array, Array]:
+    """Return X and Y of the fibres' direction: helices along ellipses that are like the outer."""
+    x, y = round_section(stalk, at)
+    across, up = -y, stalk.height_mm / stalk.outer_diameter_mm * x
+    turn = math.radians(stalk.rotation_deg)
+    lean = math.sin(math.radians(stalk.tissue.fibre_angle_deg)) / np.hypot(across, up)
+    cos, sin = math.cos(turn), math.sin(turn)
+    return lean * (cos * across - sin * up), lean * (sin * across + cos * up)
