@@ -38,7 +38,7 @@ folder of its results. `discover` tries {suspects}, and those of `--effects FILE
 {effects}
 Amplitudes marked with * differ from specimen to specimen; the others are those of a machine, a \
 fixture or a batch. Where an effect needs more of the stalk than the quarter model has, the half \
-model is chosen, and `bend` says so.
+or the full model is chosen, and `bend` says so.
 
 ## What each is
 

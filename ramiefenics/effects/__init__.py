@@ -3,6 +3,8 @@
 from ramiefenics.effects.base import Companion, Effect, load_effects
 from ramiefenics.effects.bimodular_fibre import BIMODULAR_FIBRE
 from ramiefenics.effects.crushing import CRUSHING
+from ramiefenics.effects.base import Effect, load_effects
+from ramiefenics.effects.curved_stalk import CURVED_STALK
 from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
 from ramiefenics.effects.eccentric_void import ECCENTRIC_VOID
 from ramiefenics.effects.fibre_angle import FIBRE_ANGLE
@@ -50,6 +52,7 @@ EFFECTS: dict[str, Effect] = {
         ECCENTRIC_VOID,
         NODE,
         TAPER,
+        CURVED_STALK,
         # material
         PITH_CORE,
         BIMODULAR_FIBRE,

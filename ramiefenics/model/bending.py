@@ -12,6 +12,7 @@ from ramiefenics.model.contact import Contact, ContactSums, Obstacle
 from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
+from ramiefenics.model.shape import straightened
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tissue import tissue_fields
 from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
@@ -129,6 +130,7 @@ class BendingProblem:
         mesh = self.tube.mesh
         outer = self.tube.facets.find(SURFACES["outer"])
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
+        middle = straightened(self.test.stalk, middle)
         cylinders = self.test.fixture.cylinders
         quarter = self.test.numerics.domain == "quarter"
         obstacles = []

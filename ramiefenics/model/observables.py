@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.contact import ContactSums
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
+from ramiefenics.model.shape import straightened
 from ramiefenics.model.tube import SURFACES
 from ramiefenics.specification import Cylinder
 
@@ -120,6 +121,7 @@ class Observer:
         mesh = problem.tube.mesh
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
         self._at = self._vertices.tabulate_dof_coordinates()
+        self._straight = straightened(problem.test.stalk, self._at)
         self._moved = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
         self._fixture = problem.test.fixture
         self._section = self._on_section("outer")
@@ -141,7 +143,7 @@ class Observer:
         dim = self.problem.tube.mesh.topology.dim
         dofs = fem.locate_dofs_topological(self._vertices, dim - 1, facets)
         tolerance = 1e-6 * self.problem.test.stalk.length_mm
-        return dofs[np.abs(self._at[dofs, 2] - self._fixture.indenter.z_mm) < tolerance]
+        return dofs[np.abs(self._straight[dofs, 2] - self._fixture.indenter.z_mm) < tolerance]
 
     def vertex_displacement(self) -> NDArray[np.float64]:
         """Displacement at the vertices, mm, shape (vertices, 3), ghosts included."""
@@ -210,8 +212,8 @@ class Observer:
         """Distance of the lowest roof point from the highest floor point of the void."""
         comm = self.problem.tube.mesh.comm
         _, centre = self._void_centre
-        roof = self._bore[(self._at[self._bore, 1] > centre) & self._in_middle()]
-        floor = self._bore[(self._at[self._bore, 1] < centre) & self._in_middle()]
+        roof = self._bore[(self._straight[self._bore, 1] > centre) & self._in_middle()]
+        floor = self._bore[(self._straight[self._bore, 1] < centre) & self._in_middle()]
         top = comm.allreduce(position[roof, 1].min(initial=np.inf), op=MPI.MIN)
         bottom = comm.allreduce(position[floor, 1].max(initial=-np.inf), op=MPI.MAX)
         return float(top - bottom)
@@ -226,8 +228,8 @@ class Observer:
             if contact.area_mm2 == 0.0:
                 return float("nan")
             outward = math.copysign(1.0, cylinder.z_mm)
-            facing = cylinder.up * self._at[:, 1] > 0.0
-            end = position[(outward * self._at[:, 2] > self._end) & facing, 2]
+            facing = cylinder.up * self._straight[:, 1] > 0.0
+            end = position[(outward * self._straight[:, 2] > self._end) & facing, 2]
             middle = 0.0 if self._cut(cylinder)[1] else contact.first_mm3[1] / contact.area_mm2
             left.append((outward * (end - middle)).min(initial=np.inf))
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 def stalk_point(stalk: Stalk, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return where the stalk has a point of a straight circular tube, mm.
 
-    First the bore is moved off the axis, then sections are scaled by the taper, and elliptic ones
-    are flattened and turned.
+    First the bore is moved off the axis, then sections are scaled by the taper, elliptic ones are
+    flattened and turned, and the axis is bowed.
     """
     flat = stalk.height_mm / stalk.outer_diameter_mm
     angle = math.radians(stalk.rotation_deg)
@@ -25,7 +25,30 @@ def stalk_point(stalk: Stalk, x: float, y: float, z: float) -> tuple[float, floa
     scale = stalk.scale_at(z)
     towards_bore = min(max(0.0, outer - math.hypot(x, y)) / (outer - inner), 1.0)
     across, up = scale * x, flat * scale * y + towards_bore * scale * stalk.void_offset_mm
-    return cos * across - sin * up, sin * across + cos * up, z
+    x, y = cos * across - sin * up, sin * across + cos * up
+    return x, *_bowed(stalk, y, z)
+
+
+def _bowed(stalk: Stalk, y: float, z: float) -> tuple[float, float]:
+    """Return Y and Z of a point of the straight stalk."""
+    if stalk.curvature_per_m == 0.0:
+        return y, z
+    curvature = stalk.curvature_per_m / 1000.0
+    half = curvature * z / 2.0
+    drop = 2.0 * math.sin(half) ** 2 / curvature
+    return y * math.cos(2.0 * half) - drop, (1.0 / curvature + y) * math.sin(2.0 * half)
+
+
+def straightened(stalk: Stalk, points: Array) -> Array:
+    """Return where points of the stalk would be if its axis were straight, mm, shape (n, 3)."""
+    if stalk.curvature_per_m == 0.0:
+        return points
+    radius = 1000.0 / stalk.curvature_per_m
+    x, y, z = points.T
+    away = math.copysign(1.0, radius) * np.hypot(radius + y, z)
+    # away - radius without the difference of large numbers
+    above = (2.0 * radius * y + y**2 + z**2) / (away + radius)
+    return np.column_stack([x, above, radius * np.arcsin(z / away)])
 
 
 def round_section(stalk: Stalk, points: Array) -> tuple[Array, Array]:
@@ -38,7 +61,7 @@ def round_section(stalk: Stalk, points: Array) -> tuple[Array, Array]:
     points
         In the stalk, shape (n, 3).
     """
-    x, y, z = points.T
+    x, y, z = straightened(stalk, points).T
     angle, scale = math.radians(stalk.rotation_deg), stalk.scale_at(z)
     flat = stalk.height_mm / stalk.outer_diameter_mm
     across = (math.cos(angle) * x + math.sin(angle) * y) / scale

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.compat import geometry_order
 from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS
 from ramiefenics.model.material_memory import point_element
-from ramiefenics.model.shape import round_section
+from ramiefenics.model.shape import round_section, straightened
 from ramiefenics.model.tube import TubeMesh
 from ramiefenics.specification import Stalk
 
@@ -34,7 +34,7 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
         layer[space.dofmap.list[tube.cells.indices]] = tube.cells.values[:, None]
         radius = np.hypot(*round_section(stalk, at))
         fields[STIFFNESS] = 1.0 + tissue.radial_gradient * _outwards(stalk, radius, layer)
-    if tissue.fibre_angle_deg != 0.0:
+    if tissue.fibre_angle_deg != 0.0 or stalk.curvature_per_m != 0.0:
         fields[FIBRE_X], fields[FIBRE_Y] = _fibres(stalk, at)
     functions = {name: fem.Function(space, name=name) for name in fields}
     for name, function in functions.items():
@@ -54,10 +54,13 @@ def _outwards(stalk: Stalk, radius: Array, layer: NDArray[np.int32]) -> Array:
 
 
 def _fibres(stalk: Stalk, at: Array) -> tuple[Array, Array]:
-    """Return X and Y of the fibres' direction: helices along ellipses that are like the outer."""
+    """Return X and Y of the fibres' direction: helices around the axis, on similar ellipses."""
     x, y = round_section(stalk, at)
     across, up = -y, stalk.height_mm / stalk.outer_diameter_mm * x
     turn = math.radians(stalk.rotation_deg)
-    lean = math.sin(math.radians(stalk.tissue.fibre_angle_deg)) / np.hypot(across, up)
+    angle = math.radians(stalk.tissue.fibre_angle_deg)
+    lean = math.sin(angle) / np.hypot(across, up)
     cos, sin = math.cos(turn), math.sin(turn)
-    return lean * (cos * across - sin * up), lean * (sin * across + cos * up)
+    aside, above = lean * (cos * across - sin * up), lean * (sin * across + cos * up)
+    slope = stalk.curvature_per_m / 1000.0 * straightened(stalk, at)[:, 2]
+    return aside, above * np.cos(slope) - math.cos(angle) * np.sin(slope)

@@ -122,7 +122,12 @@ def _add_tube(test: BendingTest) -> None:
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(numerics.mesh.order)
     straight = replace(
-        stalk, section_height_mm=None, rotation_deg=0.0, taper=0.0, void_offset_mm=0.0
+        stalk,
+        section_height_mm=None,
+        rotation_deg=0.0,
+        taper=0.0,
+        void_offset_mm=0.0,
+        curvature_per_m=0.0,
     )
     if stalk != straight:
         _shape(stalk)

@@ -10,10 +10,12 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ramiefenics.model.shape import straightened
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.fields import to_grid
 from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification import Stalk
 
 LOSS_LINES = {
     "volume": ("material inside out", "-"),
@@ -91,7 +93,7 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
     test, snapshot = result.test, result.snapshots[number]
     indenter = test.fixture.indenter
     mirror = test.numerics.domain != "full"
-    faces, moved, stress = _section_faces(snapshot, indenter.z_mm, mirror)
+    faces, moved, stress = _section_faces(snapshot, test.stalk, indenter.z_mm, mirror)
     limit = float(np.abs(stress).max())
     top = test.front_mm(indenter)
     radius = max(float(np.abs(polygon[:, 0]).max()) for polygon in faces)
@@ -130,13 +132,13 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
 
 
 def _section_faces(
-    snapshot: Snapshot, z_mm: float, mirror: bool
+    snapshot: Snapshot, stalk: Stalk, z_mm: float, mirror: bool
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.float64]]:
     """Return the polygons of a plane, undeformed and deformed, and axial stress beyond it."""
     grid = to_grid(snapshot.body)
-    beyond = grid.extract_cells(grid.cell_centers().points[:, 2] > z_mm)
+    beyond = grid.extract_cells(straightened(stalk, grid.cell_centers().points)[:, 2] > z_mm)
     surface: pv.PolyData = beyond.extract_surface(algorithm="dataset_surface")
-    flat = np.abs(surface.points[:, 2] - z_mm) < 1e-6
+    flat = np.abs(straightened(stalk, surface.points)[:, 2] - z_mm) < 1e-6
     at = np.asarray(surface.points[:, :2])
     now = at + surface.point_data["displacement"][:, :2]
     stress = surface.cell_data["axial_stress"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from ramiefenics.specification.checks import check_instance, check_text
@@ -62,10 +63,21 @@ class BendingTest:
             raise error.inside("fixture") from error
         self._check_symmetry()
         self._check_held()
+        self._check_bow()
 
     def front_mm(self, cylinder: Cylinder) -> float:
-        """Return the Y at which a cylinder touches the stalk at the start."""
-        return cylinder.up * self.stalk.top_mm * self.stalk.scale_at(cylinder.z_mm)
+        """Return the Y of a cylinder's surface, where that is nearest, at the first touch.
+
+        A bowed stalk is touched beside that, where its normal goes through the cylinder's axis.
+        """
+        top = cylinder.up * self.stalk.top_mm * self.stalk.scale_at(cylinder.z_mm)
+        if self.stalk.curvature_per_m == 0.0:
+            return top
+        bow, away = self.stalk.curvature_per_m / 1000.0, top + cylinder.up * cylinder.radius_mm
+        sine = bow * cylinder.z_mm / (1.0 + bow * away)  # of the slope there
+        cosine = math.sqrt(1.0 - sine**2)
+        drop = cylinder.z_mm * sine / (1.0 + bow * away) / (1.0 + cosine)
+        return away * cosine - drop - cylinder.up * cylinder.radius_mm
 
     def _check_held(self) -> None:
         """Check that something keeps the stalk from sliding away along its axis.
@@ -76,6 +88,20 @@ class BendingTest:
         if self.fixture.off_centre and static == 0.0:
             allowed = "must be above 0: pressed off centre, nothing else keeps a stalk from sliding"
             raise SpecificationError("fixture.friction.static", static, allowed)
+
+    def _check_bow(self) -> None:
+        """Check that cylinders touch a bowed stalk each at one place."""
+        curvature = self.stalk.curvature_per_m
+        if curvature == 0.0:
+            return
+        farthest = max(cylinder.radius_mm for cylinder in self.fixture.cylinders)
+        limit = 500.0 / (self.stalk.top_mm + farthest)
+        if abs(curvature) > limit:
+            allowed = (
+                f"must be at most {limit:.3g} 1/m in size, or 0 between plates: a cylinder of "
+            )
+            allowed += f"the radius {farthest:g} mm would touch the stalk in several places"
+            raise SpecificationError("stalk.curvature_per_m", curvature, allowed)
 
     def _check_symmetry(self) -> None:
         """Check that what the model leaves out is the mirror image of what it has."""

@@ -49,12 +49,12 @@ class Layer:
 
 @dataclass(frozen=True)
 class Stalk:
-    """A straight specimen.
+    """A specimen.
 
     Attributes
     ----------
     length_mm
-        Length along Z.
+        Length along its axis, Z unless it is bowed.
     void_diameter_mm
         Diameter of the pith void; 0 for a solid core.
     layers
@@ -93,6 +93,9 @@ class Stalk:
         stiff as that along its fibres.
     node_at_mm
         Z of its middle.
+    curvature_per_m
+        Curvature of its axis before it is touched, an arc whose top is at midspan: ends are lower
+        if it is positive, higher if it is negative. Fibres follow it.
     tissue
         How it differs from place to place.
     """
@@ -113,6 +116,7 @@ class Stalk:
     void_offset_mm: float = 0.0
     node_thickness_mm: float = 0.0
     node_at_mm: float = 0.0
+    curvature_per_m: float = 0.0
     tissue: Tissue = field(default_factory=Tissue)
 
     def __post_init__(self) -> None:
@@ -158,6 +162,8 @@ class Stalk:
             raise SpecificationError(
                 "taper", self.taper, "must leave a tenth of the diameter at either end"
             )
+        limit = 1000.0 / self.length_mm  # one radian from end to end
+        check_number(self, "curvature_per_m", at_least=-limit, at_most=limit, unit="1/m")
         self._check_void()
         self._check_node()
         if self.position_factor <= 0.0:
