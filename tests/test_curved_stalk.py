@@ -17,11 +17,12 @@ from ramiefenics.model.tissue import tissue_fields
 from ramiefenics.model.tube import build_tube
 
 RADIUS, OUTER = 5.0, 8.0
+ELEMENTS = ("numerics.mesh.wall_elements=1", "numerics.mesh.rind_elements=1")
 
 
 def rod(curvature: float, *changes: str) -> rf.BendingTest:
     fixture = rf.Fixture(SPAN, RADIUS, RADIUS, rf.Friction(0.0, 0.0))
-    test = slender(4.0, OUTER, fixture, "numerics.stepping.relative_tolerance=1e-6", *changes)
+    test = slender(4.0, OUTER, fixture, *ELEMENTS, *changes)
     return with_(test, curved_stalk=curvature)
 
 

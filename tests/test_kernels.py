@@ -29,7 +29,7 @@ from ramiefenics.model.kernels.scalars import Graph
 from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws import LAWS, Law, law_named
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
-from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS, STRETCH
+from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS, STRETCH, WIDTH
 from ramiefenics.model.material_memory import point_element
 from ramiefenics.model.solid import Solid
 from ramiefenics.published.stalks import XYLEM
@@ -214,7 +214,7 @@ def random_fields(
 ) -> dict[str, fem.Function]:
     space = fem.functionspace(mesh, point_element(mesh, order))
     fields = {}
-    for name in (STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH):
+    for name in (STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH, WIDTH):
         fields[name] = fem.Function(space)
         mean = 0.0 if name in (FIBRE_X, FIBRE_Y) else 1.0
         fields[name].x.array[:] = mean + rng.uniform(-0.1, 0.1, len(fields[name].x.array))

@@ -3,7 +3,6 @@
 from ramiefenics.effects.base import Companion, Effect, load_effects
 from ramiefenics.effects.bimodular_fibre import BIMODULAR_FIBRE
 from ramiefenics.effects.crushing import CRUSHING
-from ramiefenics.effects.base import Effect, load_effects
 from ramiefenics.effects.curved_stalk import CURVED_STALK
 from ramiefenics.effects.displacement_scale import DISPLACEMENT_SCALE
 from ramiefenics.effects.eccentric_void import ECCENTRIC_VOID
@@ -13,6 +12,7 @@ from ramiefenics.effects.fibre_strength import FIBRE_STRENGTH
 from ramiefenics.effects.fibre_yield import FIBRE_YIELD
 from ramiefenics.effects.fixture_radius import FIXTURE_RADIUS
 from ramiefenics.effects.friction import FRICTION
+from ramiefenics.effects.growth_stress import GROWTH_STRESS
 from ramiefenics.effects.irreversible_damage import IRREVERSIBLE_DAMAGE
 from ramiefenics.effects.load_offset import LOAD_OFFSET
 from ramiefenics.effects.load_scale import LOAD_SCALE
@@ -66,6 +66,7 @@ EFFECTS: dict[str, Effect] = {
         MOISTURE,
         RADIAL_GRADIENT,
         FIBRE_ANGLE,
+        GROWTH_STRESS,
     )
 }
 

@@ -8,7 +8,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from ramiefenics.model.contact import Contact, ContactSums, Obstacle
+from ramiefenics.model.contact import Contact, ContactSums, Obstacle, depth
 from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
@@ -20,6 +20,10 @@ from ramiefenics.specification import BendingTest, Cylinder
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
 """From the modelled part to the whole stalk."""
+
+
+LONG_S = 1e9
+"""How long a stalk has been at rest before its test: what relaxes has relaxed."""
 
 
 class BendingProblem:
@@ -80,6 +84,7 @@ class BendingProblem:
             if comm.allreduce(len(self.tube.facets.find(SURFACES[name])))
         ]
         u = self.solid.displacement
+        self._rest = np.zeros_like(u.x.array)
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
         self.terms = self.solid.term(), FormTerm(self.contact.residual(v), u)
         self.equations = Equations(u, self.terms, self.bcs)
@@ -103,6 +108,25 @@ class BendingProblem:
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all obstacles."""
         self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
+        self.solid.displacement.x.array[:] += self._rest
+
+    def settle(self) -> None:
+        """Let the current displacement be that at rest, where every cylinder just touches."""
+        mesh, moved = self.tube.mesh, fem.functionspace(self.tube.mesh, ("Lagrange", 1, (3,)))
+        displacement = fem.Function(moved)
+        displacement.interpolate(self.solid.displacement)
+        at = moved.tabulate_dof_coordinates()
+        now = at + displacement.x.array.reshape(-1, 3)
+        rises = []
+        for obstacle in self.contact.obstacles:
+            nodes = fem.locate_dofs_topological(moved, mesh.topology.dim - 1, obstacle.facets)
+            depths = [depth(obstacle.cylinder, obstacle.front_mm, x[nodes]) for x in (at, now)]
+            before, after = (mesh.comm.allreduce(value, op=MPI.MAX) for value in depths)
+            rises.append(obstacle.cylinder.up * (after - before))
+        self.contact.settle(rises)
+        self.solid.duration.value = LONG_S
+        self.solid.remember()
+        self._rest[:] = self.solid.displacement.x.array
 
     def place(self, travel: float, duration_s: float) -> None:
         """Push what moves down from its last accepted position; may be called again."""

@@ -16,7 +16,8 @@ Friction adds ``-mu p b``, Coulomb's law with a memory at every quadrature point
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import ufl
@@ -76,6 +77,26 @@ class Obstacle:
     def y_mm(self) -> float:
         """Y of its axis at the start."""
         return self.front_mm + self.cylinder.up * self.radius_mm
+
+
+def depth(cylinder: Cylinder, front_mm: float, points: NDArray[np.float64]) -> float:
+    """Return how far along Y a cylinder is beyond points, at the most; -inf if it is over none.
+
+    Parameters
+    ----------
+    cylinder
+        The cylinder.
+    front_mm
+        Y of its surface, where that is nearest to the stalk.
+    points
+        On the surface that it faces, shape (n, 3).
+    """
+    beyond = cylinder.up * (points[:, 1] - front_mm)
+    if not cylinder.flat:
+        squared = cylinder.radius_mm**2 - (points[:, 2] - cylinder.z_mm) ** 2
+        beyond += np.sqrt(np.maximum(squared, 0.0)) - cylinder.radius_mm
+        beyond = beyond[squared >= 0.0]
+    return float(np.max(beyond, initial=-np.inf))
 
 
 @dataclass(frozen=True)
@@ -295,6 +316,21 @@ class Contact:
         self._previous.x.array[:] = self.solid.displacement.x.array
         self._motion.x.array[:] = 0.0
         self._descent_mm, self._further_mm = self._descent_mm + self._further_mm, 0.0
+
+    def settle(self, rises_mm: Sequence[float]) -> None:
+        """Let slip count from the current displacement, and each obstacle start higher by so much.
+
+        Nothing has touched yet.
+        """
+        self._previous.x.array[:] = self.solid.displacement.x.array
+        axis = self._axis.x.array.reshape(-1, 2)
+        for cells, rise in zip(self._cells, rises_mm, strict=True):
+            axis[cells, 0] += rise
+        self.obstacles = tuple(
+            replace(obstacle, front_mm=obstacle.front_mm + rise)
+            for obstacle, rise in zip(self.obstacles, rises_mm, strict=True)
+        )
+        self.update_stabilisation()
 
     def front(self, obstacle: Obstacle) -> float:
         """Return the Y of an obstacle's surface now, where it is nearest to the stalk, mm."""

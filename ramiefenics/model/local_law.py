@@ -1,9 +1,10 @@
 """A law whose stiffness, fibres and strain at rest are other ones at every point.
 
-With the fibres' direction d and their stretch s at rest, over the one without stress, the energy
-per volume at rest is ``k / s W(F Q S)``: k multiplies all moduli, Q is the rotation that turns Z
-into d the shortest way, and S stretches Z by s (growth as a multiplicative part of the deformation:
-Rodriguez, Hoger and McCulloch 1994, Journal of Biomechanics 27, 455-467).
+With the fibres' direction d, and the stretches s along and w across them of what bears no load
+before the test, the energy per volume is ``k / (s w^2) W(F Q S)``: k multiplies all moduli, Q is
+the rotation that turns Z into d the shortest way, and S stretches Z by s, X and Y by w (growth as a
+multiplicative part of the deformation: Rodriguez, Hoger and McCulloch 1994, Journal of Biomechanics
+27, 455-467).
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ import ufl
 
 from ramiefenics.model.laws.base import Expr, Law, Memory, State
 
-STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH = (
-    f"local_{name}" for name in ("stiffness", "fibre_x", "fibre_y", "stretch")
+STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH, WIDTH = (
+    f"local_{name}" for name in ("stiffness", "fibre_x", "fibre_y", "stretch", "width")
 )
-"""Parameters that differ from point to point: k, two components of d, and s."""
+"""Parameters that differ from point to point: k, two components of d, s, and with that w."""
 
 
 @functools.cache
@@ -58,7 +59,7 @@ def fibre(p: Mapping[str, Any]) -> Expr:
 
 def _share(p: Mapping[str, Expr]) -> Expr:
     """Return what the energy is multiplied by."""
-    return p.get(STIFFNESS, 1) / p.get(STRETCH, 1)
+    return p.get(STIFFNESS, 1) / (p[STRETCH] * p[WIDTH] ** 2 if STRETCH in p else 1)
 
 
 def _elastic(F: Expr, p: Mapping[str, Expr]) -> Expr:
@@ -69,5 +70,5 @@ def _elastic(F: Expr, p: Mapping[str, Expr]) -> Expr:
         tilt = (first * d[0] + second * d[1]) / (1 + d[2]) + third
         first, second, third = first - d[0] * tilt, second - d[1] * tilt, F * d
     if STRETCH in p:
-        third = p[STRETCH] * third
+        first, second, third = p[WIDTH] * first, p[WIDTH] * second, p[STRETCH] * third
     return ufl.as_matrix([[column[i] for column in (first, second, third)] for i in range(3)])

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ramiefenics.model.bending import BendingProblem
-from ramiefenics.model.contact import ContactSums
+from ramiefenics.model.contact import ContactSums, depth
 from ramiefenics.model.ellipticity import MaterialPoints, PointState
 from ramiefenics.model.shape import straightened
 from ramiefenics.model.tube import SURFACES
@@ -239,13 +239,7 @@ class Observer:
         deepest = np.zeros(2)
         for obstacle, vertices in self._facing:
             cylinder, front = obstacle.cylinder, self.problem.contact.front(obstacle)
-            y, z = position[vertices, 1:].T
-            depth = cylinder.up * (y - front)
-            if not cylinder.flat:
-                squared = cylinder.radius_mm**2 - (z - cylinder.z_mm) ** 2
-                depth += np.sqrt(np.maximum(squared, 0.0)) - cylinder.radius_mm
-                depth = depth[squared >= 0.0]
-            largest = np.max(depth, initial=0.0)
+            largest = max(depth(cylinder, front, position[vertices]), 0.0)
             deepest[:] = np.maximum(deepest, (largest, largest / cylinder.radius_mm))
         self.problem.tube.mesh.comm.Allreduce(MPI.IN_PLACE, deepest, op=MPI.MAX)
         return float(deepest[0]), float(deepest[1])

@@ -10,7 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ramiefenics.model.compat import geometry_order
-from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS
+from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS, STRETCH, WIDTH
 from ramiefenics.model.material_memory import point_element
 from ramiefenics.model.shape import round_section, straightened
 from ramiefenics.model.tube import TubeMesh
@@ -28,14 +28,21 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
     tissue, mesh = stalk.tissue, tube.mesh
     space = fem.functionspace(mesh, point_element(mesh, geometry_order(mesh)))
     at = space.tabulate_dof_coordinates()
+    layer = np.zeros(len(at), dtype=np.int32)
+    layer[space.dofmap.list[tube.cells.indices]] = tube.cells.values[:, None]
+    radius = np.hypot(*round_section(stalk, at))
     fields: dict[str, Array] = {}
     if tissue.radial_gradient != 0.0:
-        layer = np.zeros(len(at), dtype=np.int32)
-        layer[space.dofmap.list[tube.cells.indices]] = tube.cells.values[:, None]
-        radius = np.hypot(*round_section(stalk, at))
         fields[STIFFNESS] = 1.0 + tissue.radial_gradient * _outwards(stalk, radius, layer)
     if tissue.fibre_angle_deg != 0.0 or stalk.curvature_per_m != 0.0:
         fields[FIBRE_X], fields[FIBRE_Y] = _fibres(stalk, at)
+    if tissue.growth_strain != 0.0:
+        grown = layer <= len(stalk.layers)  # a node has no fibres
+        fields[STRETCH] = 1.0 + grown * tissue.growth_strain * _balanced(stalk, radius)
+        # Poisson's ratio along the fibres: then sections keep their size, to first order
+        elastic = [material.elastic for material in stalk.materials]
+        ratio = np.array([e.nu_XZ * e.E_Z_MPa / e.E_X_MPa for e in elastic])
+        fields[WIDTH] = fields[STRETCH] ** -ratio[layer - 1]
     functions = {name: fem.Function(space, name=name) for name in fields}
     for name, function in functions.items():
         function.x.array[:] = fields[name]
@@ -51,6 +58,13 @@ def _outwards(stalk: Stalk, radius: Array, layer: NDArray[np.int32]) -> Array:
         here = layer == number
         found[here] = (radius[here] - mean) / (outer - inner)
     return found
+
+
+def _balanced(stalk: Stalk, radius: Array) -> Array:
+    """Return a coordinate outwards, 1 at the surface, whose axial forces cancel if it is strain."""
+    radii, young = np.array(stalk.radii_mm), [x.material.elastic.E_Z_MPa for x in stalk.layers]
+    mean = 2.0 / 3.0 * np.dot(young, np.diff(radii**3)) / np.dot(young, np.diff(radii**2))
+    return np.asarray((radius - mean) / (radii[-1] - mean))
 
 
 def _fibres(stalk: Stalk, at: Array) -> tuple[Array, Array]:

@@ -29,6 +29,7 @@ from ramiefenics.solve.explicit_result import (
 from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
+from ramiefenics.solve.rest import settle
 from ramiefenics.specification import BendingTest
 
 log = logging.getLogger(__name__)
@@ -130,6 +131,7 @@ class ExplicitTest:
         self._evaluated_N: Array = np.zeros(2)
         self._forces_N: Array = np.zeros(2)
         self._integrals_Nmm: Array = np.zeros(2)
+        self._stored_Nmm = self._stored_energy()  # at rest
         self._energy_Nmm = 0.0  # the largest so far, to which errors refer
         self.steps = 0
         self.time_steps_s: list[float] = []
@@ -190,6 +192,10 @@ class ExplicitTest:
         mean = (before + self._forces_N) / 2.0
         self._integrals_Nmm = self._integrals_Nmm + mean * self._push_mm
 
+    def _stored_energy(self) -> float:
+        stored = self._problem.tube.mesh.comm.allreduce(self._problem.stored_energy(), op=MPI.SUM)
+        return float(stored * self._problem.factor)
+
     def _measure(self, time_step_s: float) -> Point:
         comm, factor = self._problem.tube.mesh.comm, self._problem.factor
         measured, travel = self._observer.observe(), self.drive.travel(self.motion.time_s)
@@ -197,7 +203,7 @@ class ExplicitTest:
         work, supports = comm.allreduce(self._integrals_Nmm + rest, op=MPI.SUM)
         kinetic = factor * self.motion.kinetic_energy_Nmm
         damping = factor * self.motion.damping_work_Nmm
-        held = kinetic + measured.stored_energy_Nmm
+        held = kinetic + measured.stored_energy_Nmm - self._stored_Nmm
         scales = self._energy_Nmm, abs(work), abs(held), abs(measured.force_N) * travel
         self._energy_Nmm = float(np.max(scales))  # NaN stays NaN
         spent = measured.friction_work_Nmm + measured.dissipated_Nmm
@@ -265,6 +271,7 @@ def simulate_explicitly(
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)
+    settle(problem)
     moving = ExplicitTest(problem)
     log.info("%d unknowns, law %s, %d ranks", problem.unknowns, test.law, comm.size)
     points: list[Point] = []

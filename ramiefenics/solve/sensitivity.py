@@ -21,6 +21,7 @@ from petsc4py import PETSc
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observer
 from ramiefenics.solve.quasistatic import QuasiStatic
+from ramiefenics.solve.rest import settle
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import BendingTest, SpecificationError
 
@@ -96,6 +97,7 @@ def sensitivities(
     comm = MPI.COMM_WORLD if comm is None else comm
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
+    settle(problem)
     stepper = QuasiStatic(problem, Observer(problem).observe, test.protocol, test.numerics.stepping)
     twins = {name: _Twin.make(problem, parameter) for name, parameter in parameters.items()}
     smooth = {name: twin for name, twin in twins.items() if twin is not None}
@@ -146,6 +148,7 @@ class _Twin:
         comm = base.tube.mesh.comm
         test = parameter.change(base.test, TWIN_SHARE * parameter.typical)
         twin = BendingProblem(test, comm, base.tube if _same_mesh(base.test, test) else None)
+        settle(twin)
         same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
         return cls(base, twin, parameter) if same else None
 

@@ -17,6 +17,7 @@ from ramiefenics.model.snapshot import Camera, Snapshot
 from ramiefenics.model.tube import TubeMesh
 from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
+from ramiefenics.solve.rest import settle
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import BendingTest
 
@@ -53,13 +54,14 @@ def simulate(
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants.
+        If the law cannot take a layer's constants, or growth stress leaves the stalk no rest.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     start = time.perf_counter()
     if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
         PETSc.garbage_cleanup()
     problem = BendingProblem(test, comm, tube)
+    settle(problem)
     observer = Observer(problem)
     camera = Camera(problem, observer)
     numerics = test.numerics

@@ -1,0 +1,34 @@
+"""A stalk with growth stress finds its rest before anything touches it."""
+
+from __future__ import annotations
+
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.equations import Equations
+from ramiefenics.solve.newton import Newton
+from ramiefenics.solve.quasistatic import SMALLEST_SCALE_N
+from ramiefenics.specification import SpecificationError
+
+
+def settle(problem: BendingProblem) -> None:
+    """Let a stalk come to rest; one without growth stress is at rest.
+
+    Its cut ends are free, and beneath them the stress decays.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no equilibrium nearby.
+    """
+    strain = problem.test.stalk.tissue.growth_strain
+    if strain == 0.0:
+        return
+    solid, _ = problem.terms
+    settings = problem.test.numerics.stepping
+    equations = Equations(problem.displacement, (solid,), problem.bcs)
+    newton = Newton(equations, settings.max_iterations, settings.linear_solver)
+    tolerance_N = settings.relative_tolerance * SMALLEST_SCALE_N
+    outcome = newton.solve(tolerance_N, problem.test.stalk.outer_diameter_mm)
+    if not outcome.converged:
+        allowed = f"must leave an equilibrium without load: {outcome.reason}"
+        raise SpecificationError("stalk.tissue.growth_strain", strain, allowed)
+    problem.settle()
