@@ -161,3 +161,23 @@ def test_helical_fibres_bend_as_the_rotated_compliance_has_it() -> None:
     # y H_zz has the mean stress stretch R / 2 where H_zz is linear in y
     found = bent.slope(lambda x, H: x[1] * H[2, 2])
     assert found == pytest.approx(stress * stretch * R / 2, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_forces_differentiate_by_what_differs_from_point_to_point(coarse: rf.BendingTest) -> None:
+    short = ["protocol.travel_mm=1", "protocol.save_every_mm=1", "numerics.acoustic_check=false"]
+    test = rf.override(coarse, short)
+    typical = {"radial_gradient": 0.4, "curved_stalk": 0.8, "growth_stress": 0.002}
+    typical["fibre_angle"] = 5.0
+
+    def parameter(name: str) -> rf.Parameter:
+        return rf.Parameter(lambda given, a: with_(given, **{name: a}), typical[name])
+
+    found = rf.sensitivities(test, {name: parameter(name) for name in typical}, MPI.COMM_SELF)
+    assert found.by_differences == ("fibre_angle",)  # of the full model
+    last = found.curve.iloc[-1]
+    for name, amount in typical.items():
+        low, high = (force(with_(test, **{name: a * amount})) for a in (-0.1, 0.1))
+        slope = (high - low) / (0.2 * amount)
+        # steps of simulations differ; a mirror image bears the same
+        assert last[name] * amount == pytest.approx(slope * amount, abs=0.01 * last["force_N"])

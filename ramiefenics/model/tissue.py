@@ -46,6 +46,7 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
     functions = {name: fem.Function(space, name=name) for name in fields}
     for name, function in functions.items():
         function.x.array[:] = fields[name]
+        function.x.scatter_forward()
     return functions
 
 

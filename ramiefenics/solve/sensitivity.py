@@ -76,9 +76,9 @@ def sensitivities(
 ) -> Sensitivities:
     """Simulate, and differentiate the force curve by parameters.
 
-    Where a parameter changes the mesh's topology or, on several ranks, its distribution, where the
-    stalk jumps, and where the differentiated equations do not converge, simulations on either side
-    are subtracted instead.
+    Where a parameter changes the domain, the mesh's topology or, on several ranks, its
+    distribution, where the stalk jumps, and where the differentiated equations do not converge,
+    simulations on either side are subtracted instead.
 
     Parameters
     ----------
@@ -147,6 +147,8 @@ class _Twin:
         """Return the twin, or None if it has another mesh topology."""
         comm = base.tube.mesh.comm
         test = parameter.change(base.test, TWIN_SHARE * parameter.typical)
+        if test.numerics.domain != base.test.numerics.domain:
+            return None
         twin = BendingProblem(test, comm, base.tube if _same_mesh(base.test, test) else None)
         settle(twin)
         same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
