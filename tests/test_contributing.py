@@ -61,7 +61,7 @@ def test_a_format_of_the_users_own_file(code: str, page: str, raw: Path, tmp_pat
     (line,) = re.findall(r"^    ramiefenics (import .*)$", page, re.MULTILINE)
     run(tmp_path, line.replace("RAW...", raw.name).split())
     dataset = rf.read_dataset(tmp_path / "my_stalks")
-    check(dataset.specimens[0].curve)
+    check(dataset.records[0].curve)
     assert dataset.layout.format == "press.py"
     assert (tmp_path / "my_stalks/press.py").read_text() == code
 
@@ -82,7 +82,7 @@ def test_a_format_of_the_package_is_one_file_and_one_line(
         f"{first}{line}from ramiefenics.specification import{rest}"
     )
     run(tmp_path, ["import", raw.name, "--format", "press", "--baseline", "table3", "--out", "set"])
-    (specimen,) = rf.read_dataset(tmp_path / "set").specimens
+    (specimen,) = rf.read_dataset(tmp_path / "set").records
     check(specimen.curve)
 
 

@@ -124,7 +124,7 @@ def test_blind_test_on_coarse_meshes(
         return
     assert found.verdict == "cause"
     assert found.causes == (effect.name,)
-    assert 0.5 < found.scores[effect.name].amplitude / secret.amplitude < 2.0
+    assert 0.5 < found.amplitudes[effect.name] / secret.amplitude < 2.0
 
 
 @pytest.mark.slow

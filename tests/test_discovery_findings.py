@@ -7,31 +7,35 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.discovery.findings import findings
-from ramiefenics.discovery.verdict import Gain, Score
+from ramiefenics.discovery.gain import Gain
+from ramiefenics.discovery.hidden import Limit
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
+GROUPS = {"cause": (("taper",),), "ambiguous": (("taper", "pith_core"),)}
 
 
 def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
     errors = np.ones((3, 5))
-    scores = {name: Score(9.0, 0.01, 0.001) for name in ("pith_core", "taper")}
-    return SimpleNamespace(
-        **{
-            "verdict": verdict,
-            "causes": {"cause": ("taper",), "ambiguous": ("taper", "pith_core")}.get(verdict, ()),
-            "p_value": 0.0005,
-            "misfit_p_value": 0.25,
-            "scores": scores,
-            "effects": rf.SUSPECTS,
-            "interval": lambda name: (0.008, 0.012),
-            "gain": Gain(errors, 0.7 * errors, curves),
-            "shape_gain": Gain(errors, 0.7 * errors, shapes),
-            "extended": None,
-            "factor_moves": moves or {"xylem.axial": 0.5, "phloem.axial": -1.0},
-            "dataset": SimpleNamespace(layout=SimpleNamespace(fit_sd=0.1)),
-            **values,
-        }
-    )
+    groups = values.pop("groups", GROUPS.get(verdict, ()))
+    fields = {
+        "verdict": verdict,
+        "groups": groups,
+        "p_value": 0.0005,
+        "misfit_p_value": 0.25,
+        "conflict_p_value": 0.0002,
+        "amplitudes": {group[0]: 0.01 for group in groups},
+        "effects": rf.SUSPECTS,
+        "interval": lambda name: (0.008, 0.012),
+        "gain": Gain(errors, 0.7 * errors, 2.0 * errors, curves),
+        "shape_gain": Gain(errors, 0.7 * errors, 2.0 * errors, shapes),
+        "posterior": SimpleNamespace(inclusion=lambda: {"taper": 0.6, "pith_core": 0.39}),
+        "reasons": {},
+        "limits": {},
+        "broken": (),
+        "factor_moves": moves or {"xylem.axial": 0.5, "phloem.axial": -1.0},
+        "dataset": SimpleNamespace(layout=SimpleNamespace(fit_sd=0.1)),
+    }
+    return SimpleNamespace(**(fields | values))
 
 
 @pytest.mark.parametrize("verdict", ["cause", "ambiguous"])
@@ -49,15 +53,33 @@ def test_the_first_sentence_says_where_no_gain_is_measured(verdict, curves, shap
     assert said is None or said in first
 
 
+def test_every_cause_is_named_with_its_size():
+    first = findings(found("cause", groups=(("taper",), ("pith_core",))))[0]
+    assert first.startswith("The causes are taper: 0.01 mm/mm (95 % interval 0.008 to 0.012) and ")
+    assert "pith core: 0.01 MPa" in first
+
+
+def test_a_group_is_told_with_how_probable_its_members_are():
+    first = findings(found("ambiguous"))[0]
+    assert "do not tell apart: taper (60%), pith core (39%)" in first
+    both = findings(found("ambiguous", groups=(("seating_gap",), ("taper", "pith_core"))))[0]
+    assert "The cause is seating gap" in both
+    assert "Something also is missing" in both
+
+
 def test_nothing_found_is_no_claim_that_nothing_is_missing():
-    verdict, fitted = findings(found("none"))
+    limits = {
+        "taper": Limit(-0.01, 0.02, 0.09, ("xylem.axial", "mesh and simulator")),
+        "pith_core": Limit(0.0, 0.1, 0.001, ()),
+    }
+    verdict, fitted, hidden = findings(found("none", limits=limits))
     assert "nothing is missing" not in verdict.lower()
     assert "xylem.axial, phloem.axial fitted" in verdict
-    for error in ("span", "radius", "oval", "friction", "load cell"):
-        assert error in verdict
     # exp(0.5 * 0.1) and exp(-1.0 * 0.1)
     assert "xylem.axial times 1.05 (+0.5 sd)" in fitted
     assert "phloem.axial times 0.905 (-1.0 sd)" in fitted
+    assert "taper of -0.01 to 0.02 mm/mm (9 % of the peak, imitated by xylem.axial and" in hidden
+    assert "pith" not in hidden  # 0.1 % of the peak is not worth a word
 
 
 @pytest.mark.parametrize("verdict", ["none", "cause", "ambiguous", "unknown"])
@@ -69,7 +91,20 @@ def test_factors_that_went_far_are_told_with_any_verdict(verdict):
     assert not any("imitate" in text for text in findings(found(verdict)))
 
 
-def test_the_unknown_may_be_several_suspects_together():
-    assert "no single one of the suspects" in findings(found("unknown"))[0]
-    assert "best of them" not in findings(found("unknown"))[0]  # none was fitted
-    assert "best of them" in findings(found("unknown", extended=object()))[0]
+def test_a_conflict_blames_nothing_in_particular():
+    first = findings(found("conflict", {"xylem.axial": 0.5, "phloem.axial": -2.5}))[0]
+    assert "contradict what was stated" in first
+    assert "p = 0.0002" in first
+    assert "phloem.axial times 0.779 (-2.5 sd)" in first
+
+
+def test_broken_specimens_are_named_in_the_lead():
+    assert "S03" in findings(found("none", broken=("S03",)))[1]
+
+
+def test_the_unknown_says_what_came_nearest():
+    first = findings(found("unknown"))[0]
+    assert "no set of the suspects explains it" in first
+    assert "the fit of the factors" in first  # nothing was suspected
+    near = found("unknown", amplitudes={"taper": 0.01, "pith_core": 1.0})
+    assert "the most probable of them (taper and pith core)" in findings(near)[0]

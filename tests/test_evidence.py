@@ -1,119 +1,264 @@
 """The statistics of discovery against dense Gaussians and known probabilities."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from ramiefenics.discovery.evidence import WHITE, Evidence, Scatter
-from ramiefenics.discovery.verdict import (
-    bootstrap_p_value,
-    gains_without_each,
-    measure_gain,
-    misfit_chance,
-    rivals,
-    smooth,
+import ramiefenics as rf
+from ramiefenics.discovery import chance
+from ramiefenics.discovery.blocks import Blocks
+from ramiefenics.discovery.broken import find_broken
+from ramiefenics.discovery.causes import all_sets, find_causes, log_evidence_gains, log_priors
+from ramiefenics.discovery.evidence import (
+    BROKEN,
+    DRIFT_LENGTH,
+    WHITE,
+    Evidence,
+    Suspect,
 )
+from ramiefenics.discovery.fit import Fit
+from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence, log_evidence_slope
+from ramiefenics.discovery.gain import measure_gain
+from ramiefenics.discovery.hidden import cosines, limits
+from ramiefenics.discovery.prediction import smooth
+from ramiefenics.discovery.scatter import Scatter
 
-N, M, FACTOR_SD = 5, 12, 0.3
+M, FACTOR_SD = 16, 0.1
 X = (np.arange(M) + 1.0) / M
-SCATTER = Scatter(tau=0.07, sigma=0.008, length=0.08)
+SCATTER = Scatter(own=(0.07, 0.04), noise=0.008, length=0.08, drift=0.004)
+NAMES = ("A", "B", "B", "C", "D", "E", "E", "F")
+"""Of the specimens of eight curves: two of them were tested twice."""
 
 
-@pytest.fixture
-def curves():
-    """Derivatives by two factors, a nuisance, a signature; different in every specimen."""
-    size = np.linspace(0.8, 1.2, N)[:, None]
+def effect(name: str, per_specimen: bool = False, low: float = -9.0) -> rf.Effect:
+    """Stand for an effect of which only the signature matters."""
+    return rf.Effect(
+        name, "", "", "1", (low, 9.0), 1.0, lambda test, amplitude: test, per_specimen=per_specimen
+    )
+
+
+def evidence(
+    amplitudes: Mapping[str, float], seed: int = 1, names: tuple[str, ...] = NAMES
+) -> Evidence:
+    """Draw curves of a model with effects of these amplitudes."""
+    rng = np.random.default_rng(seed)
+    size = rng.normal(1.0, 0.1, len(names))[:, None]
     by_factors = np.stack([size * X, size * X**2], axis=1)
-    nuisance = 0.01 * np.stack([np.cos(np.pi * X) * size], axis=1)
-    signature = size**2 * np.sin(2 * np.pi * X)
-    return by_factors, nuisance, signature
+    nuisance = 0.005 * np.stack([np.cos(np.pi * X) * size], axis=1)
+    shapes = {
+        "swing": np.sin(2 * np.pi * X),
+        "ripple": np.sin(5 * np.pi * X),
+        "tilt": size * np.cos(np.pi * X),
+        "late": np.clip(X - 0.6, 0.0, None),
+    }
+    suspects = {name: Suspect(effect(name), 0.05 * size * shape) for name, shape in shapes.items()}
+    blocks = Blocks.of(names, M)
+    clean = Evidence(np.zeros((len(names), M)), by_factors, nuisance, FACTOR_SD, blocks, suspects)
+    drawn = blocks.curves(clean.draw(SCATTER, 1, rng))[:, 0]
+    for name, amplitude in amplitudes.items():
+        drawn = drawn + amplitude * suspects[name].signature
+    return replace(clean, residual=drawn)
 
 
-def dense(by_factors, nuisance, scatter):
-    """The covariance as the module's docstring states it."""
+def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np.ndarray:
+    """The covariance as the module's docstring states it, curve by curve."""
+    number, names = len(found.residual), found.blocks.specimen
     distance = np.abs(np.arange(M)[:, None] - np.arange(M)) / M
-    noise = np.exp(-distance / scatter.length) + WHITE**2 * np.eye(M)
-    whole = np.zeros((N * M, N * M))
-    for s in range(N):
-        block = slice(s * M, (s + 1) * M)
-        own = scatter.tau**2 * by_factors[s].T @ by_factors[s]
-        whole[block, block] = scatter.sigma**2 * noise + own
-    for column in np.concatenate([FACTOR_SD * by_factors, nuisance], axis=1).transpose(1, 0, 2):
-        whole += np.outer(column.ravel(), column.ravel())
+    whole = np.zeros((number * M, number * M))
+    for r in range(number):
+        block = slice(r * M, (r + 1) * M)
+        noise = np.exp(-distance / scatter.length) + WHITE**2 * np.eye(M)
+        whole[block, block] += (scatter.noise * found.roughness[r]) ** 2 * noise
+        whole[block, block] += scatter.drift**2 * np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
+        if names[r] in found.broken:
+            whole[block, block] += BROKEN**2 * np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
+    same = np.kron(names[:, None] == names, np.ones((M, M)))
+    for k, own in enumerate(scatter.own):
+        column = found.by_factors[:, k].ravel()
+        whole += np.outer(column, column) * (FACTOR_SD**2 + own**2 * same)
+    for column in found.nuisance.transpose(1, 0, 2):
+        whole += np.outer(column, column)
+    for name in chosen:
+        column = found.signatures[:, found.names.index(name)].ravel()
+        whole += np.outer(column, column) * (1.0 + scatter.spread.get(name, 0.0) ** 2 * same)
     return whole
 
 
-def test_likelihood_is_that_of_a_dense_gaussian(curves):
-    by_factors, nuisance, signature = curves
-    residual = np.random.default_rng(1).normal(0.0, 0.02, (N, M))
-    evidence = Evidence(residual, by_factors, nuisance, FACTOR_SD)
-    values, amplitudes, _ = evidence.log_likelihoods(
-        [SCATTER], np.array([0 * signature, signature]), [(0, 0), (-9, 9)], residual[..., None]
-    )
-    gaussian = multivariate_normal(cov=dense(by_factors, nuisance, SCATTER))
-    constant = -0.5 * N * M * np.log(2 * np.pi)
-    for value, a in zip(values[0, :, 0], amplitudes[0, :, 0], strict=True):
-        expected = gaussian.logpdf((residual - a * signature).ravel()) - constant
-        assert value == pytest.approx(expected, abs=1e-8)
+@pytest.mark.parametrize("broken", [frozenset(), frozenset({1})])
+@pytest.mark.parametrize("chosen", [(), ("tilt",), ("swing", "ripple")])
+def test_evidence_is_that_of_a_dense_gaussian(chosen, broken):
+    """Curves of the same specimen are bound together; bounds are far away."""
+    found = replace(evidence({"swing": 1.0}), broken=broken)
+    scatter = replace(SCATTER, spread=dict.fromkeys(chosen[:1], 0.3))
+    which = tuple(sorted(found.names.index(name) for name in chosen))
+    reduced = found.whiten(scatter).reduce()
+    value = reduced.log_evidence[0] + log_evidence_gains(reduced, found.bounds, [which])[0, 0]
+    gaussian = multivariate_normal(cov=dense(found, scatter, chosen))
+    constant = -0.5 * found.residual.size * np.log(2 * np.pi)
+    assert value == pytest.approx(gaussian.logpdf(found.residual.ravel()) - constant, abs=1e-7)
 
 
-def test_left_out_is_the_conditional_mean(curves):
-    by_factors, nuisance, _ = curves
-    rng = np.random.default_rng(2)
-    evidence = Evidence(rng.normal(0.0, 0.02, (N, M)), by_factors, nuisance, FACTOR_SD)
-    fit = evidence.fit()
-    whole = dense(by_factors, nuisance, fit.scatter)
-    data = evidence.residual.ravel()
-    predicted = evidence.left_out(fit)
-    for s in range(N):
-        out = np.arange(N * M) // M == s
+def test_bounds_are_integrated_over():
+    """One amplitude, by quadrature over what its bounds allow."""
+    found = evidence({"swing": 0.2})
+    bounded = effect("swing", low=0.0)
+    suspects = {"swing": replace(found.suspects["swing"], effect=bounded)}
+    found = replace(found, suspects=suspects)
+    reduced = found.whiten(SCATTER).reduce()
+    gain = log_evidence_gains(reduced, found.bounds, [(0,)])[0, 0]
+    amplitude = np.linspace(0.0, 6.0, 20001)  # times `scale`; the bound of 9 / 1.5 is there
+    prior = np.exp(-0.5 * amplitude**2) / np.trapezoid(np.exp(-0.5 * amplitude**2), amplitude)
+    likelihood = np.exp(amplitude * reduced.onto[0, 0] - 0.5 * amplitude**2 * reduced.gram[0, 0])
+    expected = np.log(np.trapezoid(prior * likelihood, amplitude))
+    assert gain == pytest.approx(expected, abs=1e-5)
+
+
+def test_sets_are_counted_and_weighed():
+    sets = all_sets(5)
+    assert len(sets) == 1 + 5 + 10 + 10
+    weights = np.exp(log_priors(sets, 5))
+    by_size = [sum(w for s, w in zip(sets, weights, strict=True) if len(s) == k) for k in range(4)]
+    assert by_size == pytest.approx([0.5, 0.3, 0.15, 0.05])
+    assert len(all_sets(2)) == 4
+
+
+@pytest.mark.parametrize("hidden", [(), ("swing",), ("swing", "ripple")])
+def test_all_that_is_there_is_found_and_nothing_else(hidden):
+    found = evidence(dict.fromkeys(hidden, 1.0), seed=5)
+    causes = find_causes(found)
+    assert causes.groups() == [(name,) for name in causes.best]
+    assert set(causes.best) == set(hidden)
+    assert causes.some == pytest.approx(1.0 if hidden else 0.0, abs=0.3)
+    assert causes.probability.sum() == pytest.approx(1.0)
+
+
+def test_two_names_of_one_thing_make_a_group():
+    found = evidence({"swing": 1.0})
+    twin = replace(found.suspects["swing"], effect=effect("sway"))
+    causes = find_causes(replace(found, suspects={**found.suspects, "sway": twin}))
+    assert [set(group) for group in causes.groups()] == [{"swing", "sway"}]
+    inclusion = causes.inclusion()
+    assert inclusion["swing"] == pytest.approx(inclusion["sway"])
+    assert cosines(Fit(found, (), SCATTER)).keys() >= {("swing", "ripple")}
+
+
+def test_left_out_is_the_conditional_mean():
+    found = evidence({"swing": 1.0})
+    fit = Fit(found, ("swing",), SCATTER)
+    whole, left = dense(found, SCATTER, ("swing",)), fit.left_out()
+    data, specimen = found.residual.ravel(), np.repeat(found.blocks.specimen, M)
+    for s in range(found.blocks.number):
+        out = specimen == s
         weights = np.linalg.solve(whole[np.ix_(~out, ~out)], data[~out])
-        assert np.allclose(predicted[s], whole[np.ix_(out, ~out)] @ weights, atol=1e-10)
+        predicted = whole[np.ix_(out, ~out)] @ weights
+        assert np.allclose(data[out] - predicted, left[found.blocks.specimen == s].ravel())
 
 
-def test_a_strong_effect_is_measured(curves):
-    by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
-    noise = clean.draw(SCATTER, 1, np.random.default_rng(3))[..., 0]
-    evidence = Evidence(noise + 0.05 * signature, by_factors, nuisance, FACTOR_SD)
-    fit = evidence.fit(signature, (-1.0, 1.0))
-    assert abs(fit.amplitude - 0.05) < 3.0 * fit.error
-    assert fit.log_likelihood > evidence.fit().log_likelihood + 10.0
+def test_factors_are_the_conditional_mean():
+    found = evidence({})
+    fit = Fit(found, (), SCATTER)
+    weights = np.linalg.solve(dense(found, SCATTER), found.residual.ravel())
+    flat = found.by_factors.transpose(1, 0, 2).reshape(2, -1)
+    assert np.allclose(fit.common_log_factors, FACTOR_SD**2 * flat @ weights, atol=1e-10)
+    specimen = np.repeat(found.blocks.specimen, M)
+    for s in range(found.blocks.number):
+        own = np.array(SCATTER.own) ** 2 * (flat * (specimen == s) @ weights)
+        assert np.allclose(fit.log_factors[s], fit.common_log_factors + own, atol=1e-10)
 
 
-@pytest.mark.parametrize("factor_sd", [0.05, 0.3])
-def test_what_a_factor_could_do_as_well_is_as_uncertain_as_the_factor(curves, factor_sd):
-    """Only the sum of the two shows in the data: the prior of one is the error of the other."""
-    by_factors, _, _ = curves
-    nothing = np.zeros((N, 1, M))
-    evidence = Evidence(np.zeros((N, M)), by_factors, nothing, factor_sd)
-    scatter = Scatter(tau=0.0, sigma=1e-4, length=0.08)
-    square = evidence.products(scatter, by_factors[None, :, 0])[0, 0]
-    # the noise adds less than 1e-4 of a curve's height, over five specimens
-    assert square**-0.5 == pytest.approx(factor_sd, rel=1e-4)
+def test_a_broken_specimen_is_found_and_does_not_decide():
+    found = evidence({"swing": 1.0})
+    wrong = found.residual - 0.15 * ((X > 0.5) & (found.blocks.specimen == 3)[:, None])
+    broken = find_broken(replace(found, residual=wrong), ("swing",))
+    assert broken.broken == frozenset({3})
+    assert find_broken(found, ("swing",)).broken == frozenset()
+    without = [name != "D" for name in NAMES]
+    rest = replace(
+        found,
+        residual=found.residual[without],
+        by_factors=found.by_factors[without],
+        nuisance=found.nuisance[without],
+        blocks=Blocks.of(tuple(np.array(NAMES)[without]), M),
+        suspects={n: replace(s, signature=s.signature[without]) for n, s in found.suspects.items()},
+    )
+    amplitudes = [Fit(e, ("swing",), SCATTER).amplitudes["swing"] for e in (broken, rest)]
+    # what a broken curve still says is within a standard deviation of what the others say
+    assert abs(amplitudes[0] - amplitudes[1]) < Fit(rest, ("swing",), SCATTER).sd("swing")
 
 
-def test_bounds_of_amplitudes_are_kept(curves):
-    by_factors, nuisance, signature = curves
-    evidence = Evidence(-0.05 * signature, by_factors, nuisance, FACTOR_SD)
-    assert evidence.fit(signature, (0.0, 1.0)).amplitude == 0.0
+def test_scatter_is_estimated():
+    """Within what so few specimens allow: a factor of two, for the noise 20 %."""
+    many = tuple(f"S{k}" for k in range(24))
+    found = fit_scatter(evidence({}, seed=3, names=many))
+    assert found.noise == pytest.approx(SCATTER.noise, rel=0.2)
+    for value, true in zip(found.own, SCATTER.own, strict=True):
+        assert 0.5 < value / true < 2.0
+
+
+@pytest.mark.parametrize("broken", [frozenset(), frozenset({1})])
+def test_slopes_by_standard_deviations_are_those_of_small_differences(broken):
+    found = evidence({"swing": 1.0})
+    suspects = {n: replace(s, effect=effect(n, True)) for n, s in found.suspects.items()}
+    found = replace(found, suspects=suspects, broken=broken)
+    scatter, chosen, small = replace(SCATTER, spread={"tilt": 0.2}), ("swing", "tilt"), 1e-5
+    _, slope = log_evidence_slope(found, chosen, scatter)
+    middle = scatter.logarithms()
+    for index, step in enumerate(small * np.eye(len(middle))):
+        up, down = (
+            log_evidence(found, chosen, scatter.moved(middle + side * step)) for side in (1, -1)
+        )
+        assert slope[index] == pytest.approx((up - down) / (2 * small), rel=1e-5, abs=1e-5)
+
+
+def test_factors_far_from_what_was_stated_are_a_conflict():
+    found = evidence({})
+    assert Fit(found, (), SCATTER).conflict() > 0.01
+    far = found.residual + 0.6 * found.by_factors[:, 0]
+    shifted = replace(found, residual=far)
+    assert Fit(shifted, (), fit_scatter(shifted)).conflict() < 1e-3
+
+
+def test_limits_hold_what_is_there_and_name_what_imitates_it():
+    found = evidence({"tilt": 0.5, "swing": 1.0})
+    fit = Fit(found, ("swing",), SCATTER)
+    told = limits(fit, ["first", "second"])
+    assert told["tilt"].low < 0.5 < told["tilt"].high
+    # a signature that is a factor's own is as uncertain as the factor
+    same = Suspect(effect("same"), found.by_factors[:, 0])
+    found = replace(found, suspects={**found.suspects, "same": same})
+    limit = limits(Fit(found, ("swing",), SCATTER), ["first", "second"])["same"]
+    assert limit.imitated_by[0] == "first"
+    assert limit.high - limit.low > 2 * 1.5 * FACTOR_SD
 
 
 @pytest.mark.slow
-def test_chance_is_uniform_where_there_is_nothing(curves):
+def test_chances_are_uniform_where_there_is_nothing(monkeypatch):
     """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""
-    by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
-    draws = clean.draw(SCATTER, 60, np.random.default_rng(4))
-    found = []
+    monkeypatch.setattr(chance, "DRAWS", 300)
+    effects, misfits = [], []
     for k in range(60):
-        evidence = Evidence(draws[..., k], by_factors, nuisance, FACTOR_SD)
-        base, best = evidence.fit(), evidence.fit(signature, (-1.0, 1.0))
-        gain = best.log_likelihood - base.log_likelihood
-        rng = np.random.default_rng(k)
-        found.append(bootstrap_p_value(evidence, base, signature[None], [(-1.0, 1.0)], gain, rng))
+        found, rng = evidence({}, seed=100 + k), np.random.default_rng(k)
+        nothing = fit_scatter(found)
+        effects.append(chance.chance_of_effect(found, nothing, rng))
+        wide = found.with_nuisance(0.03 * smooth(*found.residual.shape))
+        misfits.append(chance.chance_of_misfit(found, wide, nothing, rng))
     for p in (0.1, 0.3, 0.5, 0.7):
-        assert abs(np.mean(np.array(found) < p) - p) < 4.0 * (p * (1 - p) / 60) ** 0.5
+        for values in (effects, misfits):
+            assert abs(np.mean(np.array(values) < p) - p) < 4.0 * (p * (1 - p) / 60) ** 0.5
+
+
+@pytest.mark.parametrize(("size", "seen"), [(0.0, False), (0.03, True)])
+def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(size, seen):
+    found = evidence({}, seed=7)
+    found = replace(found, residual=found.residual + size * np.cos(3 * np.pi * X))
+    nothing, rng = fit_scatter(found), np.random.default_rng(8)
+    wide = found.with_nuisance(0.03 * smooth(*found.residual.shape))
+    assert (chance.chance_of_misfit(found, wide, nothing, rng) < 0.005) == seen
 
 
 def test_gain_counts_specimens_not_points():
@@ -121,73 +266,12 @@ def test_gain_counts_specimens_not_points():
     rng = np.random.default_rng(5)
     before = rng.normal(0.0, 1.0, (8, 1)) * np.ones(10)
     after = rng.normal(0.0, 0.6, (8, 1)) * np.ones(10)
-    many = [np.repeat(errors, 10, axis=1) for errors in (before, after)]
-    few = measure_gain(before, after, np.random.default_rng(6))
-    assert few.interval == pytest.approx(measure_gain(*many, np.random.default_rng(6)).interval)
+
+    def measured(times: int):
+        errors = [np.repeat(part, times, axis=1) for part in (before, after, before)]
+        return measure_gain(*errors, np.arange(8), np.random.default_rng(6))
+
+    few = measured(1)
+    assert few.interval == pytest.approx(measured(10).interval)
     assert few.interval[0] < few.ratio < few.interval[1]
     assert few.ratio == pytest.approx((after**2).mean() ** 0.5 / (before**2).mean() ** 0.5)
-
-
-@pytest.mark.parametrize(("size", "seen"), [(0.0, False), (0.03, True)])
-def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(curves, size, seen):
-    by_factors, nuisance, _ = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
-    noise = clean.draw(SCATTER, 1, np.random.default_rng(7))[..., 0]
-    residual = noise + size * np.cos(3 * np.pi * X)
-    modes = smooth(N, M)
-    narrow, wide = (
-        Evidence(residual, by_factors, np.concatenate([nuisance, share * modes], axis=1), FACTOR_SD)
-        for share in (0.003, 0.03)
-    )
-    p = misfit_chance(narrow, wide, narrow.fit(), np.random.default_rng(8))
-    assert (p < 0.005) == seen
-
-
-def test_rivals_are_those_within_odds_of_twenty():
-    gains = {"a": 10.0, "b": 7.5, "c": 6.9, "d": 9.0}
-    assert rivals(gains, "a") == ["d", "b"]
-
-
-def test_own_part_is_the_conditional_mean_of_own_deviations(curves):
-    by_factors, nuisance, _ = curves
-    errors = np.random.default_rng(9).normal(0.0, 0.02, (N, M))
-    evidence = Evidence(errors, by_factors, nuisance, FACTOR_SD)
-    fit = evidence.fit()
-    left = evidence.without_own(fit, errors)
-    distance = np.abs(np.arange(M)[:, None] - np.arange(M)) / M
-    noise = np.exp(-distance / fit.scatter.length) + WHITE**2 * np.eye(M)
-    for s in range(N):
-        own = fit.scatter.tau**2 * by_factors[s].T @ by_factors[s]
-        whole = fit.scatter.sigma**2 * noise + own
-        assert np.allclose(errors[s] - own @ np.linalg.solve(whole, errors[s]), left[s], atol=1e-10)
-
-
-@pytest.mark.parametrize("offset", [0.0, 1.0])
-def test_mean_factors_are_the_conditional_mean(curves, offset):
-    """Of d and the mean of b_s, also where the data contradict the prior of d."""
-    by_factors, nuisance, _ = curves
-    noise = np.random.default_rng(11).normal(0.0, 0.02, (N, M))
-    residual = noise + offset * by_factors[:, 0]
-    evidence = Evidence(residual, by_factors, nuisance, FACTOR_SD)
-    fit = evidence.fit()
-    weights = np.linalg.solve(dense(by_factors, nuisance, fit.scatter), residual.ravel())
-    flat = by_factors.transpose(1, 0, 2).reshape(2, -1)
-    # d has the same covariance with all specimens, and b_s with its own: over N for the mean
-    share = FACTOR_SD**2 + fit.scatter.tau**2 / N
-    assert np.allclose(evidence.mean_log_factors(fit), share * flat @ weights, atol=1e-10)
-
-
-def test_one_specimen_cannot_speak_for_an_effect(curves):
-    by_factors, nuisance, signature = curves
-    clean = Evidence(np.zeros((N, M)), by_factors, nuisance, FACTOR_SD)
-    noise = clean.draw(SCATTER, 1, np.random.default_rng(10))[..., 0]
-    for everywhere, size in ((True, 0.05), (False, 0.3)):
-        share = np.ones(N) if everywhere else np.eye(N)[2]
-        evidence = Evidence(
-            noise + size * share[:, None] * signature, by_factors, nuisance, FACTOR_SD
-        )
-        gain = evidence.fit(signature, (-1, 1)).log_likelihood - evidence.fit().log_likelihood
-        without = gains_without_each(evidence, evidence, signature, (-1.0, 1.0))
-        assert gain > 5.0
-        assert (without.min() > 3.0) == everywhere
-        assert everywhere or without.argmin() == 2

@@ -300,15 +300,15 @@ def test_command_makes_a_data_set_that_is_read(
     ]
     assert run(monkeypatch, *arguments) == 0
     data = rf.read_dataset(out)
-    assert [specimen.name for specimen in data.specimens] == ["a", "b"]
-    assert data.specimens[0].row["Maximum Load (N)"] == "84.00000"
+    assert list(data.specimens) == ["a", "b"]
+    assert data.records[0].row["Maximum Load (N)"] == "84.00000"
     assert data.layout.speed_mm_per_min == 10.0
-    check(data.specimens[1].curve)
+    check(data.records[1].curve)
     (out / "dataset.toml").write_text(
         (out / "dataset.toml").read_text()
         + '\n[specimens]\n"stalk.layers.phloem.outer_diameter_mm" = "Diameter (mm)"\n'
     )
-    assert rf.read_dataset(out).specimens[0].test.stalk.outer_diameter_mm == 14.23
+    assert rf.read_dataset(out).records[0].test.stalk.outer_diameter_mm == 14.23
     assert run(monkeypatch, *arguments) == 2  # what was edited is not overwritten
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.comparison import observe
+from ramiefenics.discovery.observed import observe
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -53,19 +53,21 @@ def replace(path: Path, old: str, new: str) -> None:
 def test_values_go_to_the_specification_in_its_units(folder: Path) -> None:
     data = rf.read_dataset(folder)
     assert data.baseline.fixture.indenter_radius_mm == 4.0
-    assert [s.test.stalk.void_diameter_mm for s in data.specimens] == pytest.approx([7.2, 7.4])
-    assert [s.test.stalk.position_mm for s in data.specimens] == pytest.approx([100.0, 200.0])
-    curve = data.specimens[0].curve
+    assert [s.test.stalk.void_diameter_mm for s in data.records] == pytest.approx([7.2, 7.4])
+    assert [s.test.stalk.position_mm for s in data.records] == pytest.approx([100.0, 200.0])
+    curve = data.records[0].curve
     assert curve["displacement_mm"].iloc[-1] == pytest.approx(12.0)
     assert curve["force_N"].iloc[-1] == pytest.approx(84.0)
-    assert data.range_mm == (0.0, pytest.approx(12.0))
+    # each to its own end
+    assert [r.at_mm[-1] for r in data.records] == pytest.approx([12.0, 14.0])
+    assert data.range_mm == (0.0, pytest.approx(14.0))
 
 
 def test_several_columns_are_averaged(folder: Path) -> None:
     replace(folder / "dataset.toml", '= "void"', '= ["void", "height"]')
     replace(folder / "specimens.csv", "A,0.72,10", "A,0.7,0.8")
     replace(folder / "specimens.csv", "B,0.74,20", "B,0.7,0.7")
-    first = rf.read_dataset(folder).specimens[0]
+    first = rf.read_dataset(folder).records[0]
     assert first.test.stalk.void_diameter_mm == pytest.approx(7.5)
 
 
@@ -228,7 +230,7 @@ CURVES = {
     ),
     "late": (
         lambda rows: [rows[0], *rows[15:]],
-        r"b\.csv, first row, displacement_mm = 4\.0 must be at most 0\.4286, as curves are "
+        r"b\.csv, first row, displacement_mm = 4\.0 must be at most 0\.5, as curves are "
         r"compared from 0 mm on; put from_mm = 4 into dataset\.toml, .* or take B out",
     ),
     "the curve of another": (
@@ -323,23 +325,23 @@ def test_a_file_that_is_no_text_is_told(folder: Path, content: bytes) -> None:
 def test_tables_are_read_in_encodings_of_windows(folder: Path, encoding: str) -> None:
     text = (folder / "specimens.csv").read_text().replace("B,", "Prüfling,")
     (folder / "specimens.csv").write_text(text.replace("\n", "\r\n"), encoding, newline="")
-    assert [s.name for s in rf.read_dataset(folder).specimens] == ["A", "Prüfling"]
+    assert list(rf.read_dataset(folder).specimens) == ["A", "Prüfling"]
 
 
 def test_columns_without_a_name_are_nobody_s(folder: Path) -> None:
     """As pandas writes its index."""
-    expected = rf.read_dataset(folder).specimens[0].curve
+    expected = rf.read_dataset(folder).records[0].curve
     pd.read_csv(folder / "a.csv").to_csv(folder / "a.csv")
-    pd.testing.assert_frame_equal(rf.read_dataset(folder).specimens[0].curve, expected)
+    pd.testing.assert_frame_equal(rf.read_dataset(folder).records[0].curve, expected)
 
 
 def test_a_late_curve_is_compared_from_where_the_message_says(folder: Path) -> None:
     rewrite(folder / "b.csv", lambda rows: [rows[0], *rows[15:]])
     replace(folder / "dataset.toml", "speed", "from_mm = 4\nspeed")
     data = rf.read_dataset(folder)
-    assert data.range_mm == (4.0, pytest.approx(12.0))
+    assert data.range_mm == (4.0, pytest.approx(14.0))
     # 7 N/mm throughout, written to a millinewton
-    assert observe(data).force_N[1] == pytest.approx(7.0 * data.at_mm, abs=1e-3)
+    assert observe(data).force_N[1] == pytest.approx(7.0 * data.records[1].at_mm, abs=1e-3)
 
 
 def test_curves_that_a_preload_makes_late_are_compared_from_where_they_begin(folder: Path) -> None:
@@ -358,4 +360,72 @@ def test_curves_that_a_preload_makes_late_are_compared_from_where_they_begin(fol
         observe(data)
     replace(layout, "speed", "from_mm = 1.01\nspeed")
     data = rf.read_dataset(folder)
-    assert observe(data).force_N == pytest.approx(np.tile(7.0 * data.at_mm, (2, 1)), abs=1e-3)
+    seen = observe(data)
+    assert seen.force_N == pytest.approx(7.0 * seen.at_mm, abs=1e-3)
+
+
+TESTS = """specimen,test,span,turned,curve
+B,far,10,0,b.csv
+A,,8,90,c.csv
+A,near,8,0,a.csv
+"""
+
+
+@pytest.fixture
+def several(folder: Path) -> Path:
+    """Two tests of A, one of B."""
+    (folder / "tests.csv").write_text(TESTS)
+    mapped = '[tests]\n"fixture.span_mm" = "span"\n"stalk.rotation_deg" = "turned"\n'
+    (folder / "dataset.toml").write_text(LAYOUT + mapped)
+    (folder / "specimens.csv").write_text("specimen,void,height\nA,0.72,10\nB,0.74,20\n")
+    curve = pd.read_csv(folder / "a.csv").assign(load=lambda c: 2.0 * c["load"])
+    curve.to_csv(folder / "c.csv", index=False)
+    return folder
+
+
+def test_a_specimen_may_be_tested_several_times(several: Path) -> None:
+    data = rf.read_dataset(several)
+    assert data.specimens == ("A", "B")
+    assert [r.name for r in data.records] == ["A 1", "A near", "B"]
+    assert [r.specimen for r in data.records] == ["A", "A", "B"]
+    turned, straight, other = (record.test for record in data.records)
+    assert turned.stalk.rotation_deg == 90.0
+    assert turned.numerics.domain == "full"  # a turned stalk has no symmetry along X
+    assert straight.numerics.domain == other.numerics.domain == "quarter"
+    assert [t.fixture.span_mm for t in (turned, straight, other)] == [80.0, 80.0, 100.0]
+    assert [t.stalk.void_diameter_mm for t in (turned, straight)] == pytest.approx([7.2, 7.2])
+    seen = observe(data)
+    assert list(seen.blocks.specimen) == [0, 0, 1]
+    assert list(seen.blocks.place) == [0, 1, 0]
+    assert data.records[1].row["void"] == "0.72"
+    assert rf.reduce_dataset(data).curves["specimen"].to_list() == ["A 1", "A near", "B"]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "told"),
+    [
+        ("tests.csv", "B,far", "C,far", r"row 2, specimen = 'C' must be a specimen of"),
+        ("tests.csv", "B,far,10,0,b.csv\n", "", r"row 3 = 'B' must have a test in tests\.csv"),
+        (
+            "tests.csv",
+            "c.csv",
+            "a.csv",
+            r"row 4, curve = 'a.csv' must not have the same",
+        ),
+        ("tests.csv", "0,b.csv", "0,", r"tests\.csv, row 2, column curve = '' must not be empty"),
+        ("tests.csv", "span", "length", r"tests\.csv"),
+        (
+            "specimens.csv",
+            "B,0.74",
+            "A,0.74",
+            r"must not occur twice.* tests of one in tests",
+        ),
+        ("dataset.toml", '"fixture.span_mm"', '"fixture.width_mm"', r"fixture\.width_mm"),
+    ],
+)
+def test_defects_of_several_tests_are_told(
+    several: Path, file: str, old: str, new: str, told: str
+) -> None:
+    replace(several / file, old, new)
+    with pytest.raises(rf.SpecificationError, match=told):
+        rf.read_dataset(several)

@@ -257,11 +257,11 @@ def test_curves_and_groups(folder: Path) -> None:
 
 
 def test_seating_of_the_layout_moves_the_curves(folder: Path) -> None:
-    before = rf.read_dataset(folder).specimens[1].curve
+    before = rf.read_dataset(folder).records[1].curve
     layout = (folder / "dataset.toml").read_text()
     seating = '\n[seating]\nzero = "threshold"\nthreshold_N = 4.0\n'
     (folder / "dataset.toml").write_text(layout + seating)
-    after = rf.read_dataset(folder).specimens[1].curve
+    after = rf.read_dataset(folder).records[1].curve
     at = 10.0 - np.sqrt(100.0 - 4.0)  # 20 d - d^2 = 4
     moved = before["displacement_mm"].iloc[-1] - after["displacement_mm"].iloc[-1]
     assert moved == pytest.approx(at, abs=1e-4)
@@ -307,8 +307,8 @@ def test_work_counts_from_contact_on(first: float) -> None:
 def test_curves_begin_where_the_machine_says_by_default(folder: Path) -> None:
     data = rf.read_dataset(folder)
     raw = pd.read_csv(folder.parent / "elsewhere" / "A.csv")
-    pd.testing.assert_frame_equal(data.specimens[0].curve, raw)
-    assert data.specimens[0].row["place"] == "low"
+    pd.testing.assert_frame_equal(data.records[0].curve, raw)
+    assert data.records[0].row["place"] == "low"
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:

@@ -209,18 +209,18 @@ class Study:
 
 
 def _observed(dataset: Dataset, wanted: list[Response]) -> Array:
-    """Return the responses of all specimens, shape (specimens, responses)."""
-    number = len(dataset.specimens)
+    """Return the responses of all curves, shape (curves, responses)."""
+    number = len(dataset.records)
     if number <= len(wanted):
         allowed = f"must be more than the {len(wanted)} responses read off them, for an error"
         raise SpecificationError(f"specimens in {dataset.folder}", number, allowed)
     seen = np.empty((number, len(wanted)))
     for column, entry in enumerate(wanted):
         found = response(entry.name)
-        for row, specimen in enumerate(dataset.specimens):
-            seen[row, column] = found.of(specimen.curve)
+        for row, record in enumerate(dataset.records):
+            seen[row, column] = found.of(record.curve)
             if not np.isfinite(seen[row, column]):
-                allowed = f"must be a response that the curve of {specimen.name} shows"
+                allowed = f"must be a response that the curve of {record.name} shows"
                 raise SpecificationError("responses", entry.name, allowed)
     return seen
 

@@ -24,22 +24,15 @@ from ramiefenics.cli.common import (
     finish,
     load_test,
     on_first_rank,
-    resumable,
     tell_ending,
     with_log,
 )
-from ramiefenics.cli.effects import (
-    Amplitudes,
-    EffectFiles,
-    SuspectNames,
-    add_effects,
-    effects_command,
-    suspects,
-)
+from ramiefenics.cli.discovering import discover_command, plan_command
+from ramiefenics.cli.effects import Amplitudes, EffectFiles, add_effects, effects_command
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, validate_command
-from ramiefenics.specification import SpecificationError, mesh_recipe
+from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.files import dump_test
 
 log = logging.getLogger(__name__)
@@ -52,9 +45,11 @@ app = typer.Typer(
 )
 app.command("calibrate")(with_log(on_first_rank(calibrate_command)))
 app.command("converge")(with_log(converge_command))
+app.command("discover")(with_log(on_first_rank(discover_command)))
 app.command("effects")(with_log(on_first_rank(effects_command)))
 app.command("explicit")(with_log(explicit_command))
 app.command("import")(with_log(on_first_rank(import_command)))
+app.command("plan")(with_log(on_first_rank(plan_command)))
 app.command("reconcile")(with_log(on_first_rank(reconcile_command)))
 app.command("reduce")(with_log(on_first_rank(reduce_command)))
 app.command("validate")(with_log(on_first_rank(validate_command)))
@@ -101,33 +96,6 @@ def mesh(
     from ramiefenics.model.tube import write_tube
 
     write_tube(test, out)
-
-
-@app.command("discover")
-@with_log
-@on_first_rank
-def discover_command(
-    dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
-    ] = None,
-    mesh: MeshName = None,
-    suspect: SuspectNames = None,
-    effects: EffectFiles = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
-) -> None:
-    """Find what the simulation of measured curves lacks, and what naming it gains."""
-    folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
-    if mesh is not None:
-        mesh_recipe(mesh)  # before there is a progress bar
-    tried = suspects(suspect, effects)
-    from ramiefenics.discovery import discover
-    from ramiefenics.runs import Runs, workers
-
-    with resumable(), workers() as pool, progress.counting() as (stage, count):
-        runs = Runs(executor=pool, on_done=count)
-        found = discover(dataset, tried, mesh, runs, seed, stage)
-    finish(found, folder)
 
 
 @app.command()

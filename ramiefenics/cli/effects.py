@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import textwrap
+from collections.abc import Mapping
 from typing import Annotated
 
 import typer
@@ -37,6 +38,12 @@ SuspectNames = Annotated[
         help=f"A shipped effect to try; by default {', '.join(SUSPECTS)}. May be repeated.",
     ),
 ]
+PlannedNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--suspect", metavar="NAME", help="A shipped effect; by default all. May be repeated."
+    ),
+]
 
 
 def effects_command(
@@ -55,9 +62,11 @@ def effects_command(
         typer.echo(textwrap.fill(head + effect.physics, WIDTH, subsequent_indent="    "))
 
 
-def suspects(names: list[str] | None, files: list[str] | None) -> dict[str, Effect]:
+def suspects(
+    names: list[str] | None, files: list[str] | None, default: Mapping[str, Effect]
+) -> dict[str, Effect]:
     """Return the shipped effects of these names, else the default ones, and the user's own."""
-    chosen = {n: _named(n, EFFECTS, "--suspect") for n in names} if names else dict(SUSPECTS)
+    chosen = {n: _named(n, EFFECTS, "--suspect") for n in names} if names else dict(default)
     return chosen | _of_files(files)
 
 

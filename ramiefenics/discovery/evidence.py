@@ -1,313 +1,327 @@
 """How probable measured curves are under a model: one Gaussian for all curves of all specimens.
 
-Residuals of the linearised model without factors and effect, over each specimen's peak force,
-stacked for all specimens, are taken as
+Residuals of the linearised model without factors and effects, over each curve's peak force, are
 
-    r = a g + J (d + b_s) + D c + e_s
+    r = sum_j (a_j + s_js) g_j + J (d + b_s) + D c + w + e
 
-with g the effect's signature and a its amplitude; J the derivatives by the fitted log factors, d
-their common values, b_s what a specimen's own material deviates by (sd tau, the same for all
-factors); D what the simulator may be wrong by, the same way in all specimens (`nuisance`); e_s the
-noise, of sd sigma and correlation exp(-|x - x'| / l). All but a are Gaussian and integrated out
-(a linear mixed model: Laird and Ware 1982); tau, sigma and l maximise the likelihood on a grid.
-The common parts bind the specimens together: it is their number, not that of points, that counts.
+with g_j the signature of effect j, a_j its amplitude and s_js what that differs by in specimen s; J
+the derivatives by the log factors, d their common values, b_s the specimen's own; D what the
+simulator may be wrong by, the same way in all curves (`nuisance`); w what is smooth and a curve's
+own; e its noise. Standard deviations are those of `Scatter`; d's is given; that of a_j is in
+proportion to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
+linear mixed model: Laird and Ware 1982). What specimens share binds them together: it is their
+number, not that of points, that counts. A specimen that is taken for broken has one more error, as
+large as curves are.
+
+Noise differs between curves: that of each is in proportion to how rough its residual is, as far as
+so few points can tell.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
-from ramiefenics.discovery.whitening import Whitening
-
-Array = NDArray[np.floating[Any]]
-
-SCATTER = (0.0, 0.01, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.25, 0.4, 0.6)
-"""Grid of tau, a specimen's own log factors."""
-
-NOISE = tuple(0.001 * 2.0 ** (k / 2.0) for k in range(14))
-"""Grid of sigma, over the peak force: 0.1 to 9 %."""
-
-LENGTH_SHARE = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
-"""Grid of l, over the range of displacement."""
+from ramiefenics.discovery.blocks import Array, Blocks
+from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.effects import Effect
 
 WHITE = 0.05
 """Part of the noise, over its sd, that is not correlated at all."""
 
+DRIFT_LENGTH = 0.2
+"""Over which a curve's own smooth error is correlated, as a share of the range."""
 
-@dataclass(frozen=True)
-class Scatter:
-    """Standard deviations and the length of correlation.
+BROKEN = 0.2
+"""Standard deviation, over the peak force, of the smooth error of a broken specimen."""
 
-    Attributes
-    ----------
-    tau
-        Of a specimen's own log factors.
-    sigma
-        Of the noise, over the peak force.
-    length
-        Over which noise is correlated, as a share of the range.
-    """
+PRIOR = 1.5
+"""Standard deviation of an amplitude beforehand, over the typical one."""
 
-    tau: float
-    sigma: float
-    length: float
+ROUGHNESS_WEIGHT = 10.0
+"""Points of which the curves' common roughness is worth, where a curve tells its own."""
 
 
 @dataclass(frozen=True)
-class Fit:
-    """The best amplitudes for one signature, or none.
+class Suspect:
+    """An effect, and what it changes.
 
     Attributes
     ----------
-    log_likelihood
-        At the maximum.
-    amplitude, error
-        With its standard deviation.
-    scatter
-        Where the maximum is.
+    effect
+        Which.
+    signature
+        Change of every curve over its peak, per unit of the amplitude, shape (r, m).
     """
 
-    log_likelihood: float
-    amplitude: float
-    error: float
-    scatter: Scatter
+    effect: Effect
+    signature: Array
 
 
+@dataclass(frozen=True)
 class Evidence:
-    """Likelihood of residuals; everything over each specimen's peak force.
+    """Likelihood of residuals; everything over each curve's peak force.
 
-    Parameters
+    Attributes
     ----------
     residual
-        Measured minus predicted without factors and effect, shape (n, m).
+        Measured minus predicted without factors and effects, shape (r, m).
     by_factors
-        J, shape (n, k, m).
+        J, shape (r, k, m).
     nuisance
-        D for deviations of unit prior, shape (n, q, m).
+        D for deviations of unit prior, shape (r, q, m).
     factor_sd
         Prior of a common log factor: how well the moduli are known.
+    blocks
+        Which curves are of the same specimen.
+    suspects
+        Effects that there may be, by name.
+    broken
+        Specimens that are taken for broken.
     """
 
-    def __init__(
-        self, residual: Array, by_factors: Array, nuisance: Array, factor_sd: float
-    ) -> None:
-        self.residual = residual[..., None]
-        self._J, self._nuisance, self._factor_sd = by_factors, nuisance, factor_sd
-        common = np.concatenate([factor_sd * by_factors, nuisance], axis=1)
-        self._common = common.transpose(0, 2, 1)
-        where = np.arange(residual.shape[1]) / residual.shape[1]
-        self._distance = np.abs(where[:, None] - where)
+    residual: Array
+    by_factors: Array
+    nuisance: Array
+    factor_sd: float
+    blocks: Blocks
+    suspects: Mapping[str, Suspect] = dataclasses.field(default_factory=dict)
+    broken: frozenset[int] = frozenset()
 
-    def without(self, specimen: int) -> Evidence:
-        """Return the evidence of all specimens but one."""
-        residual, by_factors, nuisance = (
-            np.delete(part, specimen, axis=0)
-            for part in (self.residual[..., 0], self._J, self._nuisance)
-        )
-        return Evidence(residual, by_factors, nuisance, self._factor_sd)
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The suspects', in order."""
+        return tuple(self.suspects)
+
+    @cached_property
+    def scale(self) -> Array:
+        """Standard deviations of their amplitudes beforehand, shape (p,)."""
+        return PRIOR * np.array([abs(s.effect.typical) for s in self.suspects.values()])
+
+    @cached_property
+    def bounds(self) -> Array:
+        """Least and largest amplitudes over `scale`, shape (p, 2)."""
+        limits = np.array([s.effect.bounds for s in self.suspects.values()]).reshape(-1, 2)
+        return limits / self.scale[:, None]
+
+    @cached_property
+    def signatures(self) -> Array:
+        """Of the suspects, for amplitudes of `scale`, shape (r, p, m)."""
+        found = [s.signature for s in self.suspects.values()]
+        stacked = np.array(found).reshape(-1, *self.residual.shape).transpose(1, 0, 2)
+        return stacked * self.scale[:, None]
+
+    @cached_property
+    def roughness(self) -> Array:
+        """Noise of every curve over what is typical of all, shape (r,).
+
+        Second differences show noise and little else; their median leaves out a step or a kink.
+        Those of few points are uncertain, so that their logarithm is drawn to the typical one.
+        """
+        rough = np.log(np.median(np.abs(np.diff(self.residual, 2, axis=1)), axis=1) + 1e-8)
+        number = self.residual.shape[1]
+        share = number / (number + ROUGHNESS_WEIGHT)
+        return np.asarray(np.exp(share * (rough - np.median(rough))))
+
+    @property
+    def whole(self) -> list[int]:
+        """Specimens that are not taken for broken."""
+        return [s for s in range(self.blocks.number) if s not in self.broken]
+
+    @cached_property
+    def distance(self) -> Array:
+        """Of points over the range, shape (m, m)."""
+        where = np.arange(self.blocks.points) / self.blocks.points
+        return np.abs(where[:, None] - where)
+
+    def but_without(self, specimen: int) -> Evidence:
+        """Return the evidence without what a specimen says: it is taken for broken."""
+        return dataclasses.replace(self, broken=self.broken | {specimen})
 
     def with_nuisance(self, columns: Array) -> Evidence:
-        """Return the evidence with more nuisance, shape (n, q, m)."""
-        together = np.concatenate([self._nuisance, columns], axis=1)
-        return Evidence(self.residual[..., 0], self._J, together, self._factor_sd)
+        """Return the evidence with more nuisance, shape (r, q, m)."""
+        together = np.concatenate([self.nuisance, columns], axis=1)
+        return dataclasses.replace(self, nuisance=together)
 
-    def fit(self, signature: Array | None = None, limits: tuple[float, float] = (0, 0)) -> Fit:
-        """Return the best fit with a signature, shape (n, m), or without any."""
-        grid = all_scatters()
-        g = np.zeros(self.residual.shape[:2]) if signature is None else signature
-        log_likelihoods, amplitudes, squares = self.log_likelihoods(
-            grid, g[None], [limits], self.residual
-        )
-        best = int(log_likelihoods[:, 0, 0].argmax())
-        error = float(squares[best, 0]) ** -0.5 if squares[best, 0] > 0.0 else 0.0
-        amplitude = float(amplitudes[best, 0, 0])
-        return Fit(float(log_likelihoods[best, 0, 0]), amplitude, error, grid[best])
+    def covariance(self, scatter: Scatter) -> Array:
+        """Return the covariance of what specimens do not share, shape (n, b, b)."""
+        noise, drift = self._noise(scatter.length), scatter.drift**2 * self._drift
+        kernels = scatter.noise**2 * noise + drift
+        if self.broken:
+            wrong = np.isin(self.blocks.specimen, list(self.broken))
+            kernels[wrong] += BROKEN**2 * self._drift
+        whole = self.blocks.covariance(kernels, elsewhere=1.0)
+        own = self._varying(scatter)
+        whole += own @ own.transpose(0, 2, 1)
+        return whole
 
-    def log_likelihoods(
-        self,
-        scatters: Sequence[Scatter],
-        signatures: Array,
-        limits: Sequence[tuple[float, float]],
-        residuals: Array,
-    ) -> tuple[Array, Array, Array]:
-        """Fit every signature to residuals with every scatter.
+    def covariance_slopes(self, scatter: Scatter) -> Array:
+        """Return its derivatives by `Scatter.logarithms`, shape (number of these, n, b, b)."""
+        own = self._varying(scatter).transpose(2, 0, 1)
+        columns = 2.0 * own[..., None] * own[:, :, None, :]
+        squares = (scatter.noise * self.roughness[:, None, None]) ** 2
+        longer = np.exp(-self.distance / scatter.length) * self.distance / scatter.length
+        drift = np.broadcast_to(2.0 * scatter.drift**2 * self._drift, (len(squares), *longer.shape))
+        kernels = (2.0 * scatter.noise**2 * self._noise(scatter.length), squares * longer, drift)
+        stationary = [self.blocks.covariance(kernel, elsewhere=0.0) for kernel in kernels]
+        factors = len(scatter.own)
+        return np.concatenate([columns[:factors], stationary, columns[factors:]])
+
+    def _varying(self, scatter: Scatter) -> Array:
+        """Return what a specimen's own factors and amplitudes make, for one sd, (n, b, c)."""
+        own = self._own * np.array(scatter.own)
+        if not scatter.spread:
+            return own
+        which = [self.names.index(name) for name in scatter.spread]
+        spread = self._effects[:, :, which] * np.array(list(scatter.spread.values()))
+        return np.concatenate([own, spread], axis=2)
+
+    def _noise(self, length: float) -> Array:
+        """Return the covariance of the curves' noise over its typical variance, (r, m, m)."""
+        kernel = np.exp(-self.distance / length) + WHITE**2 * np.eye(self.blocks.points)
+        return np.asarray(self.roughness[:, None, None] ** 2 * kernel)
+
+    @cached_property
+    def _drift(self) -> Array:
+        return np.exp(-0.5 * (self.distance / DRIFT_LENGTH) ** 2)
+
+    @cached_property
+    def _own(self) -> Array:
+        return self.blocks.stack(self.by_factors)
+
+    @cached_property
+    def _effects(self) -> Array:
+        return self.blocks.stack(self.signatures)
+
+    @cached_property
+    def _nuisance(self) -> Array:
+        return self.blocks.stack(self.nuisance)
+
+    @cached_property
+    def data(self) -> Array:
+        """The residual by specimen, shape (n, b, 1)."""
+        return self.blocks.stack(self.residual[:, None])
+
+    def shared_columns(self, chosen: Sequence[int]) -> Array:
+        """Return what specimens share, for deviations of unit prior, shape (n, b, c).
+
+        Factors, nuisance, and chosen effects, counted from 0.
+        """
+        parts = (self.factor_sd * self._own, self._nuisance, self._effects[..., list(chosen)])
+        return np.concatenate(parts, axis=2)
+
+    def whiten(self, scatter: Scatter, data: Array | None = None) -> Whitened:
+        """Return all columns in a basis where what specimens do not share is white.
 
         Parameters
         ----------
-        scatters
-            Which to try, S of them.
-        signatures, limits
-            Shape (E, n, m); least and largest amplitude of each.
-        residuals
-            B sets of data, shape (n, m, B).
-
-        Returns
-        -------
-        tuple
-            Log-likelihoods and amplitudes, shape (S, E, B); for each signature the inverse of the
-            amplitude's variance, shape (S, E).
+        scatter
+            Standard deviations.
+        data
+            Residuals in place of the measured ones, shape (n, b, B), see `Blocks`.
         """
-        number = len(signatures)
-        vectors = np.concatenate([signatures.transpose(1, 2, 0), residuals], axis=2)
-        shape = (len(scatters), number, residuals.shape[2])
-        log_likelihoods, amplitudes = np.empty(shape), np.empty(shape)
-        squares = np.empty(shape[:2])
-        low, high = np.array(limits, dtype=float).T[..., None]
-        for length in {scatter.length for scatter in scatters}:
-            products = self._products(length, vectors, number)
-            for index, scatter in enumerate(scatters):
-                if scatter.length != length:
-                    continue
-                square, product, rest, volume = products(scatter)
-                a = np.clip(product / np.maximum(square, 1e-300)[:, None], low, high)
-                fits = a * product - 0.5 * a**2 * square[:, None] - 0.5 * rest
-                log_likelihoods[index] = fits - volume
-                amplitudes[index], squares[index] = a, square
-        return log_likelihoods, amplitudes, squares
-
-    def _products(
-        self, length: float, vectors: Array, number: int
-    ) -> Callable[[Scatter], tuple[Array, Array, Array, float]]:
-        """Return a function of scatters with that length of correlation.
-
-        It gives products by the inverse covariance: of each of the first vectors with itself and
-        with all others, of each of the others with itself; and half the covariance's logarithmic
-        determinant.
-        """
-        whitening = Whitening(self._noise(length), self._J)
-        common, given = whitening.columns(self._common), whitening.columns(vectors)
-        x, y = given.white[:, :number], given.white[:, number:]
-        own_x, own_y = given.own[:, :number], given.own[:, number:]
-        inner, onto = common.white.T @ common.white, common.white.T @ given.white
-        squares, both, rests = (x**2).sum(axis=0), x.T @ y, (y**2).sum(axis=0)
-
-        def products(scatter: Scatter) -> tuple[Array, Array, Array, float]:
-            scales = whitening.scales(scatter.tau, scatter.sigma)
-            weighted, variance = scales.weight * common.own, scales.sigma**2
-            gram = np.eye(len(inner)) + (inner - weighted.T @ common.own) / variance
-            root = np.linalg.cholesky(gram)
-            shared = (onto - weighted.T @ given.own) / variance
-            taken = solve_triangular(root, shared, lower=True, check_finite=False)
-            u, v = taken[:, :number], taken[:, number:]
-            weighted_x = scales.weight * own_x
-            square = (squares - (weighted_x * own_x).sum(axis=0)) / variance - (u**2).sum(axis=0)
-            product = (both - weighted_x.T @ own_y) / variance - u.T @ v
-            own_rests = (scales.weight * own_y**2).sum(axis=0)
-            rest = (rests - own_rests) / variance - (v**2).sum(axis=0)
-            volume = scales.half_log_determinant + np.log(np.diagonal(root)).sum()
-            return square, product, rest, float(volume)
-
-        return products
-
-    def products(self, scatter: Scatter, vectors: Array) -> Array:
-        """Return all products of vectors, shape (E, n, m), by the inverse covariance."""
-        twice = np.concatenate([vectors, vectors]).transpose(1, 2, 0)
-        _, found, _, _ = self._products(scatter.length, twice, len(vectors))(scatter)
-        return found
-
-    def mean_log_factors(self, fit: Fit, signature: Array | None = None) -> Array:
-        """Return the expected log factors, mean over the specimens, shape (k,).
-
-        That is d and the mean of b_s: where the data contradict the prior of d, part of what all
-        specimens share is in the latter.
-        """
-        deviations = self._common_deviations(fit, signature)
-        errors = self._without(fit, signature)[..., 0] - self._common @ deviations
-        common = self._factor_sd * deviations[: self._J.shape[1]]
-        return np.asarray(common + self._own_log_factors(fit, errors).mean(axis=0))
-
-    def _without(self, fit: Fit, signature: Array | None) -> Array:
-        """Return the residual less the effect, shape (n, m, 1)."""
-        if signature is None:
-            return self.residual
-        return np.asarray(self.residual - fit.amplitude * signature[..., None])
-
-    def _common_deviations(self, fit: Fit, signature: Array | None) -> Array:
-        data = self._without(fit, signature)
-        own, common, _ = self._reduce(fit.scatter)
-        white = np.linalg.solve(own, data)[..., 0]
-        return _posterior(
-            np.einsum("nmq,nmp->qp", common, common), np.einsum("nmq,nm->q", common, white)
-        )
-
-    def left_out(self, fit: Fit, signature: Array | None = None) -> Array:
-        """Predict each specimen's residual from all others, shape (n, m), given the scatter."""
-        own, common, _ = self._reduce(fit.scatter)
-        g = np.zeros_like(self.residual) if signature is None else signature[..., None]
-        white = np.linalg.solve(own, np.concatenate([g, self.residual], axis=2))
-        gram = np.einsum("nmq,nmp->nqp", common, common)
-        onto = np.einsum("nmq,nmc->nqc", common, white)
-        plain = np.einsum("nma,nmb->nab", white, white)
-        predicted = np.zeros(self.residual.shape[:2])
-        for s in range(len(predicted)):
-            rest = np.arange(len(predicted)) != s
-            inner, both = gram[rest].sum(axis=0), onto[rest].sum(axis=0)
-            solved = _posterior(inner, both)
-            products = plain[rest].sum(axis=0) - both.T @ solved
-            a = 0.0 if signature is None else products[0, 1] / products[0, 0]
-            weights = solved[:, 1] - a * solved[:, 0]
-            predicted[s] = a * g[s, :, 0] + self._common[s] @ weights
-        return predicted
-
-    def without_own(self, fit: Fit, errors: Array) -> Array:
-        """Return errors, shape (n, m), less what each specimen's own factors make of them."""
-        return errors - np.einsum("nki,nk->ni", self._J, self._own_log_factors(fit, errors))
-
-    def _own_log_factors(self, fit: Fit, errors: Array) -> Array:
-        """Return the expected b_s, shape (n, k), given errors without the common parts."""
-        own, _, _ = self._reduce(fit.scatter)
-        white = np.linalg.solve(own, errors[..., None])
-        solved = np.linalg.solve(own.transpose(0, 2, 1), white)
-        return np.asarray(fit.scatter.tau**2 * np.einsum("nkj,njc->nk", self._J, solved))
-
-    def parts(self, fit: Fit, signature: Array | None = None) -> tuple[Array, Array]:
-        """Return what effect and mean factors explain, and what the nuisance does, (n, m)."""
-        deviations = self._common_deviations(fit, signature)
-        number = self._J.shape[1]
-        explained = np.einsum("nkm,k->nm", self._J, self.mean_log_factors(fit, signature))
-        if signature is not None:
-            explained += fit.amplitude * signature
-        return explained, self._common[..., number:] @ deviations[number:]
+        root = np.linalg.cholesky(self.covariance(scatter))
+        shared = self.shared_columns(range(len(self.names)))
+        given = self.data if data is None else data
+        white = np.linalg.solve(root, np.concatenate([shared, given], axis=2))
+        number = self._own.shape[2] + self._nuisance.shape[2]
+        volume = float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum())
+        return Whitened(white, number, len(self.names), volume)
 
     def draw(self, scatter: Scatter, number: int, rng: np.random.Generator) -> Array:
-        """Return random residuals without any effect, shape (n, m, number)."""
-        own, _, _ = self._reduce(scatter)
-        noise = own @ rng.standard_normal((*self.residual.shape[:2], number))
-        return noise + self._common @ rng.standard_normal((self._common.shape[2], number))
+        """Return random residuals without the effects' means, shape (n, b, number)."""
+        root = np.linalg.cholesky(self.covariance(scatter))
+        own = root @ rng.standard_normal((*self.data.shape[:2], number))
+        columns = self.shared_columns([])
+        drawn = own + columns @ rng.standard_normal((columns.shape[2], number))
+        everywhere = self.blocks.stack(np.ones_like(self.residual[:, None]))
+        return np.asarray(drawn * everywhere)
 
-    def _noise(self, length: float) -> Array:
-        """Return the noise's covariance over sigma^2, shape (m, m)."""
-        return np.asarray(np.exp(-self._distance / length) + WHITE**2 * np.eye(len(self._distance)))
 
-    def _reduce(self, scatter: Scatter) -> tuple[Array, Array, float]:
-        """Return what the inverse of the covariance needs.
+@dataclass(frozen=True)
+class Whitened:
+    """Columns whose errors are white.
 
-        That is the root of every specimen's own part, the common columns whitened by it, and half
-        the logarithm of the determinant of the whole.
+    Attributes
+    ----------
+    columns
+        What specimens share, for deviations of unit prior: factors, nuisance, effects; then data.
+        Shape (n, b, c).
+    shared, effects
+        Numbers of columns of factors and nuisance, and of effects.
+    half_log_determinant
+        Of the covariance of what specimens do not share.
+    """
+
+    columns: Array
+    shared: int
+    effects: int
+    half_log_determinant: float
+
+    def reduce(self) -> Reduced:
+        """Integrate out factors and nuisance."""
+        flat = self.columns.reshape(-1, self.columns.shape[2])
+        shared, rest = flat[:, : self.shared], flat[:, self.shared :]
+        gram = np.eye(self.shared) + shared.T @ shared
+        root = np.linalg.cholesky(gram)
+        taken = np.linalg.solve(root, shared.T @ rest)
+        p = self.effects
+        products = rest[:, :p].T @ rest - taken[:, :p].T @ taken
+        left = (rest[:, p:] ** 2).sum(axis=0) - (taken[:, p:] ** 2).sum(axis=0)
+        volume = self.half_log_determinant + float(np.log(np.diagonal(root)).sum())
+        return Reduced(products[:, :p], products[:, p:], -0.5 * left - volume)
+
+    def deviations(self, chosen: Sequence[int]) -> tuple[Array, Array]:
+        """Return mean and covariance of factors, nuisance and chosen effects, given the data.
+
+        Parameters
+        ----------
+        chosen
+            Effects, counted from 0.
         """
-        own = scatter.sigma**2 * self._noise(scatter.length) + scatter.tau**2 * np.einsum(
-            "nki,nkj->nij", self._J, self._J
-        )
-        root = np.linalg.cholesky(own)
-        common = np.linalg.solve(root, self._common)
-        inner = np.eye(common.shape[2]) + np.einsum("nmq,nmp->qp", common, common)
-        volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum()
-        return root, common, float(volume + 0.5 * np.linalg.slogdet(inner)[1])
+        columns = self._chosen(chosen)
+        gram = np.einsum("nbi,nbj->ij", columns, columns)
+        onto = np.einsum("nbi,nb->i", columns, self.columns[..., -1])
+        covariance = np.linalg.inv(np.eye(len(gram)) + gram)
+        return covariance @ onto, covariance
+
+    def left_out(self, chosen: Sequence[int]) -> Array:
+        """Return the mean of the same given all specimens but one, shape (n, c)."""
+        columns = self._chosen(chosen)
+        grams = np.einsum("nbi,nbj->nij", columns, columns)
+        onto = np.einsum("nbi,nb->ni", columns, self.columns[..., -1])
+        rest = np.eye(columns.shape[2]) + grams.sum(axis=0) - grams
+        return np.asarray(np.linalg.solve(rest, (onto.sum(axis=0) - onto)[..., None])[..., 0])
+
+    def _chosen(self, chosen: Sequence[int]) -> Array:
+        which = [*range(self.shared), *(self.shared + index for index in chosen)]
+        return self.columns[..., which]
 
 
-def _posterior(gram: Array, onto: Array) -> Array:
-    """Return the expected deviations of unit prior, given products of their columns with data."""
-    return np.asarray(np.linalg.solve(np.eye(len(gram)) + gram, onto))
+@dataclass(frozen=True)
+class Reduced:
+    """What the data say of the effects' amplitudes, over `Evidence.scale`.
 
+    Attributes
+    ----------
+    gram
+        Precision of the amplitudes by the data alone, shape (p, p).
+    onto
+        Products of the signatures with the data, shape (p, B).
+    log_evidence
+        Of the data without effects, shape (B,).
+    """
 
-def all_scatters(length: float | None = None) -> list[Scatter]:
-    """Return the grid, or the part of it with that length of correlation."""
-    lengths = LENGTH_SHARE if length is None else (length,)
-    return [Scatter(*values) for values in itertools.product(SCATTER, NOISE, lengths)]
+    gram: Array
+    onto: Array
+    log_evidence: Array
+
+    def amplitudes(self, chosen: Sequence[int], prior: float = 1.0) -> tuple[Array, Array]:
+        """Return mean and covariance of chosen amplitudes, of given prior precision."""
+        which = list(chosen)
+        covariance = np.linalg.inv(prior * np.eye(len(which)) + self.gram[np.ix_(which, which)])
+        return covariance @ self.onto[which, 0], covariance

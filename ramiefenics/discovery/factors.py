@@ -37,8 +37,7 @@ class Factor:
 
     def apply(self, test: BendingTest, log_factor: float) -> BendingTest:
         """Return the specification with these numbers times ``exp(log_factor)``."""
-        scale = math.exp(log_factor)
-        return override(test, [f"{k}={scale * _number(test, k, self.name)!r}" for k in self.keys])
+        return apply_factors(test, [self], [log_factor])
 
 
 def factors(test: BendingTest, names: Sequence[str] = ()) -> tuple[Factor, ...]:
@@ -76,9 +75,12 @@ def apply_factors(
     test: BendingTest, used: Sequence[Factor], log_factors: Iterable[float]
 ) -> BendingTest:
     """Return a specification with all factors applied."""
+    values: dict[str, float] = {}
     for factor, log_factor in zip(used, log_factors, strict=True):
-        test = factor.apply(test, float(log_factor))
-    return test
+        for key in factor.keys:
+            value = values[key] if key in values else _number(test, key, factor.name)
+            values[key] = math.exp(log_factor) * value
+    return override(test, [f"{key}={value!r}" for key, value in values.items()])
 
 
 def _number(test: BendingTest, key: str, name: str) -> float:

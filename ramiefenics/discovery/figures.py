@@ -3,71 +3,74 @@
 from __future__ import annotations
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.causes import SURE
 from ramiefenics.discovery.outcome import Discovery
-from ramiefenics.discovery.verdict import RIVAL
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
-MOST_SPECIMENS = 12
+MOST_CURVES = 12
 """Drawn one by one; there may be more."""
+
+MOST_SUSPECTS = 15
+"""Drawn, the most probable first."""
 
 
 def residual_figure(found: Discovery) -> Figure:
     """Draw what the baseline leaves, and what the extended model leaves, if there is one."""
-    models = [("baseline", found.baseline)]
-    if found.extended is not None and found.extended.curves.model.effect is not None:
-        name = found.extended.curves.model.effect.name.replace("_", " ")
-        models.append((f"with {name}", found.extended))
+    models = [("baseline", found.baseline.fit)]
+    if found.extended is not None and found.extended.fit.chosen:
+        names = " and ".join(name.replace("_", " ") for name in found.extended.fit.chosen)
+        models.append((f"with {names}", found.extended.fit))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.2 * len(models) + 0.3, 3.6), layout="constrained")
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
-        for axes, (title, fitted) in zip(panels, models, strict=True):
-            _residuals(axes, found.observed.at_mm, *(100.0 * part for part in fitted.remaining()))
+        for axes, (title, fit) in zip(panels, models, strict=True):
+            whole = ~np.isin(found.observed.blocks.specimen, list(fit.evidence.broken))
+            left, simulator = (100.0 * part[whole] for part in fit.remaining())
+            _residuals(axes, found.observed.at_mm[whole], left, simulator)
             axes.set_title(title, fontsize=10)
         panels[0].set_ylabel("Measured minus fitted (% of peak force)")
         panels[0].legend(fontsize=8, frameon=False)
     return figure
 
 
-def _residuals(axes: Axes, at_mm: Array, residuals: Array, nuisance: Array) -> None:
-    mean = residuals.mean(axis=0)
+def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> None:
+    at, mean = at_mm.mean(axis=0), residuals.mean(axis=0)  # at the same share of the range
     band = 2.0 * residuals.std(axis=0, ddof=1) / len(residuals) ** 0.5
-    axes.plot(at_mm, residuals.T, color=GREY, lw=0.5, alpha=0.6)
+    axes.plot(at_mm.T, residuals.T, color=GREY, lw=0.5, alpha=0.6)
     axes.fill_between(
-        at_mm, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label="± 2 standard errors"
+        at, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label="± 2 standard errors"
     )
-    axes.plot(at_mm, mean, color=BLUE, lw=2, label="mean of specimens")
+    axes.plot(at, mean, color=BLUE, lw=2, label="mean of curves")
     label = "put down to the simulator"
-    axes.plot(at_mm, nuisance.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
+    axes.plot(at, simulator.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
     axes.axhline(0.0, color="k", lw=0.8)
     axes.set_xlabel("Displacement (mm)")
 
 
 def suspects_figure(found: Discovery) -> Figure:
-    """Draw how much more probable every suspect makes the data."""
-    gains = {
-        n: s.log_likelihood_ratio
-        for n, s in found.scores.items()
-        if s.log_likelihood_ratio is not None
-    }
-    names = sorted(gains, key=lambda name: gains[name])
+    """Draw how probable every suspect is, and how much of it would not show."""
+    probable = found.posterior.inclusion()
+    names = sorted(found.limits, key=lambda n: (probable[n], found.limits[n].share))
+    names = names[-MOST_SUSPECTS:]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 0.9 + 0.35 * max(len(names), 2)), layout="constrained")
-        axes = figure.subplots()
+        height = 1.2 + 0.3 * max(len(names), 2)
+        figure = Figure(figsize=(8.0, height), layout="constrained")
+        left, right = figure.subplots(1, 2, sharey=True)
+        labels = [name.replace("_", " ") for name in names]
         colours = [VERMILION if name in found.causes else GREY for name in names]
-        axes.barh(
-            [name.replace("_", " ") for name in names], [gains[n] for n in names], color=colours
-        )
-        best = max(gains.values(), default=0.0)
-        if found.causes:
-            axes.axvline(best - RIVAL, color="k", lw=1.0, ls="--")
-            axes.set_title("dashed: what is right of it is not told apart", fontsize=8, loc="right")
-        axes.set_xlabel("Log-likelihood gained over the baseline")
-        axes.set_xlim(left=0.0, right=max(best * 1.05, 5.0))
-        axes.grid(axis="y", visible=False)
+        left.barh(labels, [probable[n] for n in names], color=colours)
+        left.axvline(SURE, color="k", lw=1.0, ls="--")
+        left.set_xlim(0.0, 1.0)
+        left.set_xlabel("Probability that it is there")
+        right.barh(labels, [100.0 * found.limits[n].share for n in names], color=colours)
+        right.set_xlabel("Largest that is not excluded (% of peak force)")
+        for axes in (left, right):
+            axes.grid(axis="y", visible=False)
     return figure
 
 
@@ -75,9 +78,10 @@ def left_out_figure(found: Discovery) -> Figure:
     """Draw measured curves over predictions made without them."""
     at, measured = found.observed.at_mm, found.observed.force_N
     peaks = found.observed.peak_N[:, None]
-    before = measured - peaks * found.baseline.left_out()
-    after = None if found.gain is None else measured - found.gain.after_N
-    number = min(len(measured), MOST_SPECIMENS)
+    before = measured - peaks * found.baseline.fit.left_out()
+    extended = None if found.extended is None else found.extended.fit
+    after = None if extended is None else measured - peaks * extended.left_out()
+    number = min(len(measured), MOST_CURVES)
     columns = min(number, 4)
     rows = -(-number // columns)
     with mpl.rc_context(STYLE):
@@ -85,12 +89,14 @@ def left_out_figure(found: Discovery) -> Figure:
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for axes in grid.ravel()[number:]:
             axes.set_axis_off()
-        for s, axes in enumerate(grid.ravel()[:number]):
-            axes.plot(at, measured[s], ".", color="k", ms=3, label="measured")
-            axes.plot(at, before[s], color=BLUE, lw=1.5, ls="--", label="baseline")
+        for row, axes in enumerate(grid.ravel()[:number]):
+            axes.plot(at[row], measured[row], ".", color="k", ms=3, label="measured")
+            axes.plot(at[row], before[row], color=BLUE, lw=1.5, ls="--", label="baseline")
             if after is not None:
-                axes.plot(at, after[s], color=VERMILION, lw=1.5, label="extended")
-            axes.set_title(found.dataset.specimens[s].name, fontsize=8)
+                axes.plot(at[row], after[row], color=VERMILION, lw=1.5, label="extended")
+            record = found.dataset.records[row]
+            broken = record.specimen in found.broken
+            axes.set_title(f"{record.name}{' (broken)' if broken else ''}", fontsize=8)
         grid[0, 0].legend(fontsize=7, frameon=False)
         grid[0, 0].set(xlim=(0.0, None), ylim=(0.0, None))
         figure.supxlabel("Displacement (mm)", fontsize=10)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from ramiefenics.discovery.verdict import Gain
+from ramiefenics.discovery.gain import Gain
+from ramiefenics.discovery.hidden import Limit
 
 if TYPE_CHECKING:
     from ramiefenics.discovery.outcome import Discovery
@@ -14,45 +15,89 @@ if TYPE_CHECKING:
 FAR = 2.0
 """Standard deviations by which fitted factors may leave what was known of them without a word."""
 
-ALIKE = (
-    "a wrong span, cylinder radius or diameter, an oval section, friction, or the load cell's scale"
-)
-"""Errors that change curves nearly as other moduli would."""
+VISIBLE = 0.02
+"""Share of the peak force from which on what could hide is worth a word."""
+
+MOST = 4
+"""Suspects that are listed in a sentence."""
 
 
 def findings(found: Discovery) -> list[str]:
     """Return sentences, the verdict's first."""
-    return [_verdict(found), *_factors(found)]
+    return [_verdict(found), *_broken(found), *_factors(found), *_hidden(found)]
 
 
 def _verdict(found: Discovery) -> str:
     p = f"p = {found.p_value:.2g}"
     if found.verdict == "none":
-        return _nothing(found, p)
-    if found.verdict == "unknown":
-        left = "the fit of the factors" if found.extended is None else "the best of them"
+        names = ", ".join(found.factor_moves)
         return (
-            "Something is missing, and no single one of the suspects explains it "
-            f"(what {left} leaves has p = {found.misfit_p_value:.2g})."
+            f"With {names} fitted, what is left is not told from noise by any suspect ({p}) nor as "
+            f"a whole (p = {found.misfit_p_value:.2g}){_alone(found)}."
         )
-    assert found.gain is not None  # a suspect was fitted
+    if found.verdict == "conflict":
+        return (
+            "The fitted factors contradict what was stated of them "
+            f"(p = {found.conflict_p_value:.2g}), and no suspect explains it ({p}): "
+            f"{_values(found, found.factor_moves)}. The statement may be wrong, or something "
+            "imitates them."
+        )
+    if found.verdict == "unknown":
+        return (
+            f"Something is missing, and no set of the suspects explains it (what {_left(found)} "
+            f"leaves has p = {found.misfit_p_value:.2g})."
+        )
+    return f"{_named(found, p)} {_predictions(found)}"
+
+
+def _alone(found: Discovery) -> str:
+    alone = [name for name, reason in found.reasons.items() if reason.startswith("rests on")]
+    return f", though {', '.join(alone)} would explain a single specimen" if alone else ""
+
+
+def _left(found: Discovery) -> str:
+    names = list(found.amplitudes)
+    return f"the most probable of them ({_listed(names)})" if names else "the fit of the factors"
+
+
+def _named(found: Discovery, p: str) -> str:
+    sizes = [_size(found, name) for group in found.groups if len(group) == 1 for name in group]
+    open_groups = [group for group in found.groups if len(group) > 1]
+    assert found.gain is not None  # something was suspected
     assert found.shape_gain is not None
-    gain = (
+    but = _unshown(found.gain, found.shape_gain)
+    told = []
+    if sizes:
+        told.append(f"The cause{' is' if len(sizes) == 1 else 's are'} {_listed(sizes)}, {p}{but}.")
+    for group in open_groups:
+        probable = ", ".join(
+            f"{_words(name)} ({found.posterior.inclusion()[name]:.0%})" for name in group
+        )
+        also = " also" if sizes else ""
+        tail = "" if sizes else f", {p}{but}"
+        told.append(
+            f"Something{also} is missing that these data do not tell apart: {probable}{tail}."
+        )
+    return " ".join(told)
+
+
+def _predictions(found: Discovery) -> str:
+    assert found.gain is not None  # something was suspected
+    assert found.shape_gain is not None
+    return (
         f"Curves of specimens left out are predicted with an error of {_errors(found.gain)}; "
         f"the shape of these curves, with the specimen's own stiffness fitted, with an error of "
-        f"{_errors(found.shape_gain)}."
+        f"{_errors(found.shape_gain)}. The mean curve of the others misses them by "
+        f"{found.gain.rmse_plain_N:.2f} N, their shape by {found.shape_gain.rmse_plain_N:.2f} N."
     )
-    names = " or ".join(name.replace("_", " ") for name in found.causes)
-    but = _unshown(found.gain, found.shape_gain)
-    if found.verdict == "ambiguous":
-        return (
-            f"Something is missing ({p}): {names}, which these data do not tell apart{but}. {gain}"
-        )
-    cause = found.causes[0]
-    low, high = found.interval(cause)
-    value = f"{found.scores[cause].amplitude:.3g}{with_space(found.effects[cause].unit)}"
-    size = f"{value} (95 % interval {low:.3g} to {high:.3g})"
-    return f"The cause is {names}: {size}, {p}{but}. {gain}"
+
+
+def _size(found: Discovery, name: str) -> str:
+    if name not in found.amplitudes:
+        return _words(name)
+    low, high = found.interval(name)
+    value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
+    return f"{_words(name)}: {value} (95 % interval {low:.3g} to {high:.3g})"
 
 
 def with_space(unit: str) -> str:
@@ -60,15 +105,13 @@ def with_space(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
-def _nothing(found: Discovery, p: str) -> str:
-    alone = [n for n, s in found.scores.items() if s.log_likelihood_ratio is not None and s.reason]
-    but = f", though {', '.join(alone)} would explain a single specimen" if alone else ""
-    names = ", ".join(found.factor_moves)
-    return (
-        f"With {names} fitted, what is left is not told from noise by any suspect ({p}) nor as a "
-        f"whole (p = {found.misfit_p_value:.2g}){but}. Errors that act nearly like other values of "
-        f"these factors would not show: {ALIKE}."
-    )
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _listed(parts: Sequence[str]) -> str:
+    *first, last = map(_words, parts)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _unshown(curves: Gain, shapes: Gain) -> str:
@@ -79,21 +122,55 @@ def _unshown(curves: Gain, shapes: Gain) -> str:
     return f", but a better prediction of specimens left out is not shown{only}"
 
 
+def _broken(found: Discovery) -> list[str]:
+    if not found.broken:
+        return []
+    return [
+        f"Taken for broken, slipped or mis-measured, and without a say in this: "
+        f"{_listed(found.broken)}."
+    ]
+
+
 def _factors(found: Discovery) -> list[str]:
     """Return where the fitted factors went; unless nothing was found, only if that is far."""
     moves = found.factor_moves
     far = [name for name, move in moves.items() if abs(move) > FAR]
     told = []
-    if far:
+    if far and found.verdict != "conflict":
         told.append(
             f"More than {FAR:g} standard deviations from what was known (fit_sd = "
             f"{found.dataset.layout.fit_sd:g}): {_values(found, far)}. The factors may be so, or "
-            f"they imitate an error that acts nearly alike: {ALIKE}."
+            "they imitate an error that acts nearly alike."
         )
     if found.verdict == "none" and len(far) < len(moves):
         rest = [name for name in moves if name not in far]
         told.append(f"Fitted: {_values(found, rest)}.")
     return told
+
+
+def _hidden(found: Discovery) -> list[str]:
+    """Return what could be there and not show, the largest changes of the curves first."""
+    limits = {
+        name: limit
+        for name, limit in found.limits.items()
+        if name not in found.amplitudes and limit.share > VISIBLE
+    }
+    names = sorted(limits, key=lambda name: -limits[name].share)
+    if not names:
+        return []
+    told = "; ".join(_limit(found, name, limits[name]) for name in names[:MOST])
+    more = len(names) - MOST
+    others = f"; and {more} more, see the table" if more > 0 else ""
+    return [f"What these tests could not show: {told}{others}."]
+
+
+def _limit(found: Discovery, name: str, limit: Limit) -> str:
+    unit = with_space(found.effects[name].unit)
+    by = f", imitated by {_listed(limit.imitated_by[:2])}" if limit.imitated_by else ""
+    return (
+        f"{_words(name)} of {limit.low:.2g} to {limit.high:.2g}{unit} "
+        f"({100 * limit.share:.2g} % of the peak{by})"
+    )
 
 
 def _values(found: Discovery, names: Iterable[str]) -> str:

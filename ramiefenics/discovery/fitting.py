@@ -1,20 +1,29 @@
-"""Fitting of common factors, and of an effect with them, by repeated linearisation."""
+"""Fitting of factors and of effects with them, by repeated linearisation."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.comparison import Linearised, Model, Observed, Simulator
-from ramiefenics.discovery.evidence import Array, Evidence, Fit
+from ramiefenics.discovery.broken import find_broken
+from ramiefenics.discovery.causes import NEGLIGIBLE, Causes, find_causes
+from ramiefenics.discovery.evidence import Evidence, Suspect
 from ramiefenics.discovery.factors import factors
-from ramiefenics.discovery.verdict import MODEL_ERROR, smooth
+from ramiefenics.discovery.fit import Fit
+from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.prediction import Linearised, Model, Predictor, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import SpecificationError
+
+MODEL_ERROR = 0.003
+"""What the simulator may be wrong by, smoothly and the same way in all curves, over the peak force,
+apart from what its mesh makes."""
 
 ROUNDS = 5
 """Most linearisations of a fit."""
@@ -23,60 +32,43 @@ STEADY, STEADY_ERRORS = 0.1, 0.5
 """Changes of log factors, and of an amplitude over its standard deviation, that need no further
 linearisation."""
 
-FARTHEST = 0.3
+FARTHEST = 0.5
 """Largest change of a log factor in a round: beyond it derivatives tell little."""
 
 SHORTEST = 0.1
 """Share of a move that is tried last where simulations do not reach the end."""
 
+CONTENDERS = 6
+"""Most effects whose signatures are found anew where the most probable set is fitted."""
+
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model fitted to all specimens.
+    """A model fitted to all curves.
 
     Attributes
     ----------
     curves
         Its predictions, linearised near where it was fitted.
-    evidence
-        For the linearised model.
     fit
-        The best amplitude and scatter.
-    signature
-        Of its effect, over the peak force; None for the baseline.
+        Of the linearised model.
     """
 
     curves: Linearised
-    evidence: Evidence
     fit: Fit
-    signature: Array | None = None
 
     @property
-    def amplitude(self) -> float:
-        """Amplitude of its effect."""
-        return self.fit.amplitude
-
-    @property
-    def log_factors(self) -> Array:
-        """Log factors, mean over the specimens, shape (k,)."""
-        return self.evidence.mean_log_factors(self.fit, self.signature)
-
-    def remaining(self) -> tuple[Array, Array]:
-        """Return what mean factors and effect leave, over the peaks, shape (n, m).
-
-        Also what of that is put down to the simulator.
-        """
-        explained, nuisance = self.evidence.parts(self.fit, self.signature)
-        return self.evidence.residual[..., 0] - explained, nuisance
-
-    def left_out(self) -> Array:
-        """Return what a fit to all other specimens leaves of each, over the peaks, (n, m)."""
-        residual = self.evidence.residual[..., 0]
-        return residual - self.evidence.left_out(self.fit, self.signature)
-
-    def left_out_shape(self) -> Array:
-        """Return the same where each specimen's own factors are fitted to its own curve."""
-        return self.evidence.without_own(self.fit, self.left_out())
+    def steady(self) -> bool:
+        """Whether the curves are linearised near enough to what was fitted."""
+        model, fit = self.curves.model, self.fit
+        whole = fit.evidence.whole
+        moves = np.abs(fit.log_factors - model.log_factors)[whole].max()
+        changes = [
+            abs(amplitude - model.amplitude(name)) / fit.sd(name)
+            for name, amplitude in fit.amplitudes.items()
+        ]
+        same = set(fit.chosen) == set(model.effects)
+        return bool(same and moves < STEADY and max(changes, default=0.0) < STEADY_ERRORS)
 
 
 class Fitter:
@@ -86,84 +78,142 @@ class Fitter:
     ----------
     dataset, observed
         The measured curves.
-    simulator
+    predictor
         Predicts them.
     """
 
-    def __init__(self, dataset: Dataset, observed: Observed, simulator: Simulator) -> None:
-        self._dataset, self._observed, self._simulator = dataset, observed, simulator
+    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predictor) -> None:
+        self._dataset, self._observed, self._predictor = dataset, observed, predictor
 
     def baseline(self) -> Fitted:
-        """Fit the common factors."""
+        """Fit the factors of every specimen."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
-        curves = self._simulator.linearise(Model(used, (0.0,) * len(used)))
-        for _ in range(ROUNDS - 1):
-            evidence = self.evidence(curves)
-            wanted = evidence.mean_log_factors(evidence.fit())
-            if np.abs(wanted - curves.model.log_factors).max() < STEADY:
-                break
-            curves = self._move(curves.model, wanted, 0.0)
-        evidence = self.evidence(curves)
-        return Fitted(curves, evidence, evidence.fit())
-
-    def extended(self, baseline: Fitted, effect: Effect, amplitude: float) -> Fitted:
-        """Fit factors and amplitude together, the latter from a first guess.
-
-        Where the amplitude comes to zero the fit ends: that is the baseline.
-        """
-        model = dataclasses.replace(baseline.curves.model, effect=effect)
-        curves = self._move(model, np.array(model.log_factors), amplitude)
+        here = np.zeros((self._observed.blocks.number, len(used)))
+        curves = self._predictor.linearise(Model(used, here), {})
         for number in range(ROUNDS):
-            fitted = self._with_effect(curves, effect)
-            moves = np.abs(fitted.log_factors - curves.model.log_factors).max()
-            change = abs(fitted.amplitude - curves.model.amplitude)
-            steady = moves < STEADY and change < STEADY_ERRORS * fitted.fit.error
-            if steady or fitted.amplitude == 0.0 or number == ROUNDS - 1:
+            fitted = Fitted(curves, self._fit(curves))
+            if fitted.steady or number == ROUNDS - 1:
                 break
-            curves = self._move(curves.model, fitted.log_factors, fitted.amplitude)
+            curves = self._move(curves.model, fitted.fit, {}, {})
         return fitted
 
-    def confirmed(self, fitted: Fitted, effect: Effect | None, runs: Mapper) -> Fitted:
-        """Fit again near the same parameters, with every specimen's curve simulated."""
-        curves = self._simulator.confirm(fitted.curves, runs)
-        if effect is not None:
-            return self._with_effect(curves, effect)
-        evidence = self.evidence(curves)
-        return Fitted(curves, evidence, evidence.fit())
+    def _fit(self, curves: Linearised) -> Fit:
+        evidence = find_broken(self.evidence(curves, {}), ())
+        return Fit(evidence, (), fit_scatter(evidence))
 
-    def _with_effect(self, curves: Linearised, effect: Effect) -> Fitted:
-        assert curves.by_effect is not None  # the model has an effect
-        signature = curves.by_effect / self._observed.peak_N[:, None]
-        evidence = self.evidence(curves)
-        return Fitted(curves, evidence, evidence.fit(signature, effect.bounds), signature)
+    def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
+        """Find what every effect changes at its typical amplitude."""
+        return self._predictor.linearise(baseline.curves.model, effects)
 
-    def evidence(self, curves: Linearised, model_error: float = MODEL_ERROR) -> Evidence:
-        """Return the evidence of a linearised model.
+    def compare(
+        self,
+        curves: Linearised,
+        effects: Mapping[str, Effect],
+        start: tuple[str, ...] = (),
+    ) -> tuple[Evidence, Causes]:
+        """Compare all sets of effects, without specimens that are broken if the best is right.
 
-        Its residuals are those of the model with no factors and no effect, by the derivatives: so
-        the factors' prior stays where it was, wherever the model is linearised.
+        Parameters
+        ----------
+        curves, effects
+            With signatures of these.
+        start
+            A set that is probable.
         """
-        peak = self._observed.peak_N[:, None]
-        by_factors = curves.by_factors / peak[..., None]
-        residual = (self._observed.force_N - curves.force) / peak
-        residual += np.einsum("k,nkm->nm", curves.model.log_factors, by_factors)
-        if curves.by_effect is not None:
-            residual += curves.model.amplitude * curves.by_effect / peak
-        wrong = model_error * smooth(*residual.shape)
-        nuisance = np.concatenate([curves.by_mesh / peak[..., None], wrong], axis=1)
-        return Evidence(residual, by_factors, nuisance, self._dataset.layout.fit_sd)
+        evidence = find_broken(self.evidence(curves, effects), start)
+        causes = find_causes(evidence)
+        again = find_broken(evidence, causes.best)
+        if again.broken == evidence.broken:
+            return evidence, causes
+        return again, find_causes(again)
 
-    def _move(self, model: Model, log_factors: Array, amplitude: float) -> Linearised:
-        """Go to other parameters, or as far as simulations reach the end."""
-        here = np.array(model.log_factors)
-        step = np.clip(log_factors - here, -FARTHEST, FARTHEST)
-        change = amplitude - model.amplitude
+    def joint(
+        self,
+        screened: Linearised,
+        causes: Causes,
+        evidence: Evidence,
+        effects: Mapping[str, Effect],
+    ) -> tuple[Fitted, Causes]:
+        """Fit the most probable set in the finite-element model, and compare all sets there.
+
+        The signatures of the contenders are found anew; those of others stay.
+        """
+        curves = screened
+        for _ in range(ROUNDS):
+            fit = Fit(evidence, causes.best, causes.scatter)
+            fitted = Fitted(curves, fit)
+            if fitted.steady:
+                break
+            near = _contenders(causes)
+            added = {name: (effects[name], fit.amplitudes[name]) for name in causes.best}
+            curves = self._move(curves.model, fit, added, {name: effects[name] for name in near})
+            by_effects = {**screened.by_effects, **curves.by_effects}
+            curves = dataclasses.replace(curves, by_effects=by_effects)
+            evidence, causes = self.compare(curves, effects, causes.best)
+        return Fitted(curves, Fit(evidence, causes.best, causes.scatter)), causes
+
+    def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect], runs: Mapper) -> Fitted:
+        """Fit again near the same parameters, with every curve simulated."""
+        curves = self._predictor.confirm(fitted.curves, runs)
+        evidence = dataclasses.replace(
+            self.evidence(curves, effects), broken=fitted.fit.evidence.broken
+        )
+        chosen = fitted.fit.chosen
+        return Fitted(curves, Fit(evidence, chosen, fit_scatter(evidence, chosen)))
+
+    def evidence(self, curves: Linearised, effects: Mapping[str, Effect]) -> Evidence:
+        """Return the evidence of a linearised model."""
+        return linear_evidence(curves, self._observed, effects, self._dataset.layout.fit_sd)
+
+    def _move(
+        self,
+        model: Model,
+        fit: Fit,
+        added: Mapping[str, tuple[Effect, float]],
+        suspects: Mapping[str, Effect],
+    ) -> Linearised:
+        """Go to fitted parameters, or as far as simulations reach the end."""
+        here = model.log_factors
+        step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
         share = 1.0
         while True:
+            effects = {}
+            for name, (effect, amplitude) in added.items():
+                start = model.amplitude(name)
+                effects[name] = (effect, start + share * (amplitude - start))
+            wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
             try:
-                wanted = model.at(here + share * step, model.amplitude + share * change)
-                return self._simulator.linearise(wanted)
+                return self._predictor.linearise(wanted, suspects)
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:
                     raise
+
+
+def linear_evidence(
+    curves: Linearised, observed: Observed, effects: Mapping[str, Effect], factor_sd: float
+) -> Evidence:
+    """Return the evidence of a linearised model.
+
+    Its residuals are those of the model with no factors and no effect, by the derivatives: so
+    priors stay where they were, wherever the model is linearised.
+    """
+    model, blocks, peak = curves.model, observed.blocks, observed.peak_N[:, None]
+    by_factors = curves.by_factors / peak[..., None]
+    residual = (observed.force_N - curves.force) / peak
+    residual += np.einsum("rk,rkm->rm", model.log_factors[blocks.specimen], by_factors)
+    signatures = {name: change / peak for name, change in curves.by_effects.items()}
+    for name, (_, amplitude) in model.effects.items():
+        residual += amplitude * signatures[name]
+    own = MODEL_ERROR * smooth(*residual.shape)
+    nuisance = np.concatenate([curves.by_mesh / peak[..., None], own], axis=1)
+    suspects = {n: Suspect(effects[n], signatures[n]) for n in effects if n in signatures}
+    return Evidence(residual, by_factors, nuisance, factor_sd, blocks, suspects)
+
+
+def _contenders(causes: Causes) -> list[str]:
+    """Return the most probable effects, those of the best set among them."""
+    inclusion = causes.inclusion()
+    others = [n for n in inclusion if n not in causes.best and inclusion[n] > NEGLIGIBLE]
+    others.sort(key=lambda name: -inclusion[name])
+    return [*causes.best, *others[: CONTENDERS - len(causes.best)]]

@@ -1,47 +1,40 @@
-"""Measured curves in; out what the simulation gets wrong, its cause, and what naming it gains."""
+"""From measured curves to what the simulation gets wrong, its causes, and what they gain."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from ramiefenics.discovery.comparison import Simulator, observe
-from ramiefenics.discovery.evidence import Array
-from ramiefenics.discovery.fitting import Fitted, Fitter
+from ramiefenics.discovery.causes import Causes
+from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
+from ramiefenics.discovery.fit import Fit
+from ramiefenics.discovery.fitting import MODEL_ERROR, Fitted, Fitter
+from ramiefenics.discovery.gain import Gain, measure_gain, plain_errors
+from ramiefenics.discovery.hidden import cosines, limits
 from ramiefenics.discovery.meshes import on_mesh
+from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery, Effort
-from ramiefenics.discovery.verdict import (
-    MISFIT,
-    MODEL_ERROR,
-    RIVAL,
-    SIGNIFICANCE,
-    Score,
-    bootstrap_p_value,
-    gains_without_each,
-    measure_gain,
-    misfit_chance,
-    rivals,
-)
+from ramiefenics.discovery.prediction import Linearised, Predictor, smooth
+from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
-from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
+from ramiefenics.specification import MeshRecipe, mesh_recipe
 from ramiefenics.surrogate import LearnedCurves
-
-CONTENDERS, CONTENDER_GAIN, CONTENDER_RANGE = 3, 1.0, 5.0
-"""Most suspects that are fitted in full, what they must gain before, and how far behind the best
-one they may be, log-likelihood."""
 
 INVISIBLE = 2.0
 """A suspect whose largest amplitude makes less of a difference, in standard deviations, cannot be
 tested with these data."""
 
-ALIKE = 0.9
-"""Cosine of two signatures that are easily mistaken for one another."""
+MISFIT = 10.0
+"""Times the simulator's own error: what is missing where something unknown is."""
+
+FREE = 3.0
+"""Typical amplitudes that the effects found may be off by where it is asked what they leave."""
 
 
 def discover(
@@ -95,199 +88,133 @@ class _Inquiry:
         seed: int,
         on_stage: Callable[[str, int], None],
     ) -> None:
-        tests = [specimen.test for specimen in dataset.specimens]
+        tests = [record.test for record in dataset.records]
         self._dataset, self._stage = dataset, on_stage
         self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
-        self._simulator = Simulator(dataset, self._observed.at_mm, self._runs)
-        self._fitter = Fitter(dataset, self._observed, self._simulator)
+        self._fitter = Fitter(dataset, self._observed, Predictor(tests, self._observed, self._runs))
         self._rng = np.random.default_rng(seed)
-        self._chances = 1.0, 1.0
+        self._reasons: dict[str, str] = {}
 
     def conclude(self) -> Discovery:
         """Do all steps."""
-        number, suspects = len(self._dataset.specimens), len(self._effects)
-        self._stage("fitting the baseline", number * (3 + suspects))
+        number = len(self._dataset.records)
+        self._stage("fitting the baseline", 3 * number)
         baseline = self._fitter.baseline()
-        self._stage("trying every suspect", number * suspects)
-        signatures, scores = self._suspects(baseline)
-        fits = self._contenders(baseline, signatures, scores)
-        self._chances = self._chance(baseline, signatures, scores), self._misfit(baseline)
-        if self._chances[0] < SIGNIFICANCE:
-            fits = self._steady(baseline, fits, scores)
-            if fits:
-                return self._name(baseline, signatures, fits, scores)
-        verdict = "none" if self._chances[1] >= SIGNIFICANCE else "unknown"
-        return self._discovery(verdict, scores, baseline)
+        self._stage("trying every suspect", number * len(self._effects))
+        curves, seen = self._signatures(baseline)
+        evidence, causes = self._fitter.compare(curves, seen)
+        nothing = Fit(evidence, (), causes.nothing)
+        p_value = chance_of_effect(evidence, causes.nothing, self._rng)
+        before = self._misfit(nothing)
+        extended = None
+        if p_value < SIGNIFICANCE and causes.best:
+            self._stage(f"fitting {' and '.join(causes.best)}", 3 * number)
+            extended, causes = self._fitter.joint(curves, causes, evidence, seen)
+            if self._runs.error > 0.0:
+                self._stage("confirming", 2 * number)
+                baseline = self._fitter.confirmed(baseline, {}, self._runs.runs)
+                extended = self._fitter.confirmed(extended, seen, self._runs.runs)
+        return self._discovery(baseline, nothing, extended, causes, p_value, before)
 
-    def _suspects(self, baseline: Fitted) -> tuple[dict[str, Array], dict[str, Score]]:
-        signatures: dict[str, Array] = {}
-        scores: dict[str, Score] = {}
-        scatter = baseline.fit.scatter
-        for name, effect in self._effects.items():
-            try:
-                changed = self._simulator.signature(baseline.curves, effect)
-            except SpecificationError as error:
-                scores[name] = Score(None, reason=str(error))
-                continue
-            signature = changed / self._observed.peak_N[:, None]
-            size = baseline.evidence.products(scatter, signature[None])[0, 0] ** 0.5
-            if size * max(map(abs, effect.bounds)) < INVISIBLE:
-                scores[name] = Score(None, reason="makes no difference to these curves")
-                continue
-            fit = baseline.evidence.fit(signature, effect.bounds)
-            gain = fit.log_likelihood - baseline.fit.log_likelihood
-            signatures[name] = signature
-            scores[name] = Score(gain, fit.amplitude, fit.error)
-        return signatures, scores
+    def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
+        """Return what each suspect changes, and those of which these curves show anything."""
+        curves = self._fitter.screen(baseline, self._effects)
+        self._reasons |= curves.refused
+        evidence = self._fitter.evidence(curves, self._effects)
+        gram = evidence.whiten(baseline.fit.scatter).reduce().gram
+        seen = {}
+        for name, square, bounds in zip(
+            evidence.names, np.diag(gram), evidence.bounds, strict=True
+        ):
+            if square**0.5 * np.abs(bounds).max() < INVISIBLE:
+                self._reasons[name] = "makes no difference to these curves"
+            else:
+                seen[name] = self._effects[name]
+        return curves, seen
 
-    def _contenders(
-        self,
-        baseline: Fitted,
-        signatures: dict[str, Array],
-        scores: dict[str, Score],
-    ) -> dict[str, Fitted]:
-        """Fit the best suspects in full: far from the baseline its derivatives tell little."""
-        gains = {name: scores[name].log_likelihood_ratio or 0.0 for name in signatures}
-        order = sorted(gains, key=lambda name: -gains[name])
-        fits = {}
-        for name in order[:CONTENDERS]:
-            if gains[name] < max(CONTENDER_GAIN, gains[order[0]] - CONTENDER_RANGE):
-                break
-            self._stage(f"fitting {name}", 4 * len(self._dataset.specimens))
-            try:
-                fitted = self._fitter.extended(
-                    baseline, self._effects[name], scores[name].amplitude
-                )
-            except SpecificationError as error:
-                del signatures[name]
-                scores[name] = Score(None, reason=str(error))
-                continue
-            gain = 0.0
-            if fitted.amplitude != 0.0:
-                fits[name] = fitted
-                gain = fitted.fit.log_likelihood - baseline.fit.log_likelihood
-            scores[name] = Score(gain, fitted.amplitude, fitted.fit.error)
-        return fits
-
-    def _chance(
-        self, baseline: Fitted, signatures: Mapping[str, Array], scores: Mapping[str, Score]
-    ) -> float:
-        """Return the probability of the best suspect's gain without any effect."""
-        if not signatures:
-            return 1.0
-        return bootstrap_p_value(
-            baseline.evidence,
-            baseline.fit,
-            np.array(list(signatures.values())),
-            [self._effects[name].bounds for name in signatures],
-            max(scores[name].log_likelihood_ratio or 0.0 for name in signatures),
-            self._rng,
+    def _misfit(self, fit: Fit) -> float:
+        """Return the probability of what a fit leaves."""
+        evidence = fit.evidence
+        signatures = (
+            FREE * evidence.signatures[:, [evidence.names.index(name) for name in fit.chosen]]
         )
+        narrow = evidence.with_nuisance(signatures)
+        modes = (MISFIT**2 - 1.0) ** 0.5 * MODEL_ERROR * smooth(*evidence.residual.shape)
+        return chance_of_misfit(narrow, narrow.with_nuisance(modes), fit.scatter, self._rng)
 
-    def _steady(
-        self, baseline: Fitted, fits: Mapping[str, Fitted], scores: dict[str, Score]
-    ) -> dict[str, Fitted]:
-        """Return the contenders that gain enough whichever specimen is left out."""
-        steady = {}
-        for name, fitted in fits.items():
-            assert fitted.signature is not None  # it has an effect
-            gains = gains_without_each(
-                baseline.evidence, fitted.evidence, fitted.signature, self._effects[name].bounds
+    def _believed(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
+        """Return the groups that do not rest on one specimen."""
+        groups = []
+        for group in causes.groups():
+            name = next((name for name in group if name in fit.chosen), None)
+            if name is not None:
+                specimen, gain = least_gain(fit, name)
+                if gain < ENOUGH:
+                    who = self._dataset.specimens[specimen]
+                    self._reasons[name] = f"rests on {who}: without it the gain is {gain:.1f}"
+                    continue
+            groups.append(group)
+        return tuple(groups)
+
+    def _gains(self, before: Fit, after: Fit) -> list[Gain]:
+        """Return the gains of curves and of shapes, of specimens that are not broken."""
+        blocks, peaks = self._observed.blocks, self._observed.peak_N[:, None]
+        whole = np.isin(blocks.specimen, after.evidence.whole)
+        errors = [
+            (peaks * before.left_out(), peaks * after.left_out(), False),
+            (peaks * before.left_out_shape(), peaks * after.left_out_shape(), True),
+        ]
+        return [
+            measure_gain(
+                b[whole],
+                a[whole],
+                plain_errors(self._observed, scaled)[whole],
+                blocks.specimen[whole],
+                self._rng,
             )
-            if gains.min() >= RIVAL:
-                steady[name] = fitted
-            elif (scores[name].log_likelihood_ratio or 0.0) >= RIVAL:
-                who = self._dataset.specimens[int(gains.argmin())].name
-                reason = f"rests on {who}: without it the gain is {gains.min():.1f}"
-                scores[name] = dataclasses.replace(scores[name], reason=reason)
-        return steady
-
-    def _name(
-        self,
-        baseline: Fitted,
-        signatures: Mapping[str, Array],
-        fits: Mapping[str, Fitted],
-        scores: dict[str, Score],
-    ) -> Discovery:
-        """Decide between the contenders."""
-        gains = {name: scores[name].log_likelihood_ratio or 0.0 for name in fits}
-        best = max(gains, key=lambda name: gains[name])
-        found, others = fits[best], rivals(gains, best)
-        if self._runs.error > 0.0:
-            self._stage(f"confirming {best}", 2 * len(self._dataset.specimens))
-            baseline = self._fitter.confirmed(baseline, None, self._runs.runs)
-            found = self._fitter.confirmed(found, self._effects[best], self._runs.runs)
-        left = self._misfit(found)
-        if left < SIGNIFICANCE:
-            return self._discovery("unknown", scores, baseline, found, left)
-        verdict = "ambiguous" if others else "cause"
-        confusable = others or self._alike(baseline, signatures, best)
-        causes = (best, *others)
-        return self._discovery(verdict, scores, baseline, found, left, causes, confusable)
-
-    def _misfit(self, fitted: Fitted) -> float:
-        """Return the probability of what the fitted model leaves."""
-        both = [self._fitter.evidence(fitted.curves, MODEL_ERROR * k) for k in (1.0, MISFIT)]
-        effect = fitted.curves.model.effect
-        if effect is not None and fitted.signature is not None:
-            # the amplitude is free: a prior as wide as its bounds
-            column = np.ptp(effect.bounds) * fitted.signature[:, None]
-            both = [evidence.with_nuisance(column) for evidence in both]
-        narrow, wide = both
-        return misfit_chance(narrow, wide, narrow.fit(), self._rng)
-
-    def _alike(self, baseline: Fitted, signatures: Mapping[str, Array], best: str) -> list[str]:
-        """Return the suspects whose signature is nearly parallel to the best one's."""
-        names = list(signatures)
-        stacked = np.array(list(signatures.values()))
-        products = baseline.evidence.products(baseline.fit.scatter, stacked)
-        sizes = np.sqrt(np.diag(products))
-        cosines = (products / sizes / sizes[:, None])[names.index(best)]
-        pairs = zip(names, cosines, strict=True)
-        return [n for n, cosine in pairs if n != best and abs(cosine) > ALIKE]
+            for b, a, scaled in errors
+        ]
 
     def _discovery(
         self,
-        verdict: str,
-        scores: Mapping[str, Score],
         baseline: Fitted,
-        extended: Fitted | None = None,
-        left: float | None = None,
-        causes: tuple[str, ...] = (),
-        confusable: Sequence[str] = (),
+        nothing: Fit,
+        extended: Fitted | None,
+        causes: Causes,
+        p_value: float,
+        before: float,
     ) -> Discovery:
-        p_value, misfit = self._chances
-        gain, shape, share = None, None, None
-        if extended is not None:
-            peaks = self._observed.peak_N[:, None]
-            gain = measure_gain(peaks * baseline.left_out(), peaks * extended.left_out(), self._rng)
-            shape = measure_gain(
-                peaks * baseline.left_out_shape(), peaks * extended.left_out_shape(), self._rng
-            )
-            share = 1.0 - shape.ratio**2
+        last = nothing if extended is None else extended.fit
+        left = before if extended is None else self._misfit(last)
+        groups = () if extended is None else self._believed(last, causes)
+        conflict = last.conflict()
+        gain, shape = (None, None) if extended is None else self._gains(baseline.fit, last)
+        factors = [factor.name for factor in baseline.curves.model.factors]
         return Discovery(
-            self._dataset,
-            self._observed,
-            self._effects,
-            verdict,
-            causes,
-            p_value,
-            misfit,
-            misfit if left is None else left,
-            scores,
-            baseline,
-            extended,
-            gain,
-            shape,
-            share,
-            tuple(confusable),
-            Effort(self._runs.asked, self._runs.simulated, self._runs.error),
+            dataset=self._dataset,
+            observed=self._observed,
+            effects=self._effects,
+            verdict=decide(p_value, left, conflict, groups),
+            groups=groups,
+            p_value=p_value,
+            baseline_misfit_p_value=before,
+            misfit_p_value=left,
+            conflict_p_value=conflict,
+            posterior=causes,
+            reasons=self._reasons,
+            baseline=baseline,
+            extended=extended,
+            limits=limits(last, factors),
+            alike=cosines(last),
+            gain=gain,
+            shape_gain=shape,
+            effort=Effort(self._runs.asked, self._runs.simulated, self._runs.error),
         )
 
 
 def _on_mesh(dataset: Dataset, mesh: MeshRecipe) -> Dataset:
-    """Return the data set with all specimens on a mesh recipe."""
-    specimens = tuple(dataclasses.replace(s, test=on_mesh(s.test, mesh)) for s in dataset.specimens)
-    return dataclasses.replace(dataset, specimens=specimens)
+    """Return the data set with all tests on a mesh recipe."""
+    records = tuple(dataclasses.replace(r, test=on_mesh(r.test, mesh)) for r in dataset.records)
+    return dataclasses.replace(dataset, records=records)

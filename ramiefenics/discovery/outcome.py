@@ -12,18 +12,23 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as student
 
-from ramiefenics.discovery.comparison import Observed
-from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.findings import findings, with_space
 from ramiefenics.discovery.fitting import Fitted
-from ramiefenics.discovery.verdict import Gain, Score
+from ramiefenics.discovery.gain import Gain
+from ramiefenics.discovery.hidden import Limit
+from ramiefenics.discovery.observed import Observed
 from ramiefenics.effects import Effect
+from ramiefenics.effects.combining import with_effects
 from ramiefenics.measured import Dataset
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
+
+ALIKE = 0.9
+"""Cosine of two signatures that are easily mistaken for one another."""
 
 
 @dataclass(frozen=True)
@@ -65,26 +70,32 @@ class Discovery(Result):
     effects
         The suspects.
     verdict
-        ``none``, ``cause``, ``ambiguous`` or ``unknown``.
-    causes
-        Effects named: one, or for ``ambiguous`` all that are not told apart.
+        One of `ramiefenics.discovery.verdict.VERDICTS`.
+    groups
+        Of effects of each of which one is there as good as certainly, those that are believed; a
+        group of one is a cause.
     p_value
         Probability of a gain like the best suspect's without any effect.
     baseline_misfit_p_value, misfit_p_value
         Probability of a common misfit like the baseline's, and like the one that is left in the
         end, if the model is right.
-    scores
-        Of all suspects.
+    conflict_p_value
+        Probability of factors as far from what was stated of them.
+    posterior
+        Over sets of effects.
+    reasons
+        By suspect, why it is not tested or not believed.
     baseline, extended
-        The fits without and with the best suspect; the latter is None where nothing was suspected.
+        The fits without effects and with the most probable set; the latter is None where nothing
+        was suspected.
+    limits
+        How large each suspect may be.
+    alike
+        Cosines of pairs of signatures, without what factors and simulator can imitate.
     gain, shape_gain
-        Of predictions of specimens left out, with the best suspect: of their curves, by what is
-        known of them without bending them; and of the curves' shapes, where their own factors are
-        fitted to them. None where nothing was suspected.
-    explained
-        Share of the baseline's squared errors of shape that the best suspect takes away.
-    confusable_with
-        Suspects that are not told apart, or would hardly be with weaker data.
+        Of predictions of specimens left out, with the most probable set: of their curves, by what
+        is known of them without bending them; and of the curves' shapes, where their own factors
+        are fitted to them. None where nothing was suspected.
     effort
         What it took.
     """
@@ -95,45 +106,77 @@ class Discovery(Result):
     observed: Observed
     effects: Mapping[str, Effect]
     verdict: str
-    causes: tuple[str, ...]
+    groups: tuple[tuple[str, ...], ...]
     p_value: float
     baseline_misfit_p_value: float
     misfit_p_value: float
-    scores: Mapping[str, Score]
+    conflict_p_value: float
+    posterior: Causes
+    reasons: Mapping[str, str]
     baseline: Fitted
     extended: Fitted | None
+    limits: Mapping[str, Limit]
+    alike: Mapping[tuple[str, str], float]
     gain: Gain | None
     shape_gain: Gain | None
-    explained: float | None
-    confusable_with: tuple[str, ...]
     effort: Effort
 
     @property
+    def causes(self) -> tuple[str, ...]:
+        """Effects named: causes, and those of groups that are not told apart."""
+        named = self.verdict in ("cause", "ambiguous")
+        return tuple(name for group in self.groups for name in group) if named else ()
+
+    @property
     def fitted(self) -> Fitted:
-        """The last fit: with the best suspect if there is one, else the baseline."""
+        """The last fit: with the most probable set if something was suspected."""
         return self.baseline if self.extended is None else self.extended
 
     @property
+    def amplitudes(self) -> dict[str, float]:
+        """Of the effects of the most probable set, if something was suspected."""
+        return self.fitted.fit.amplitudes
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of an amplitude, within its bounds."""
+        return self.fitted.fit.interval(name)
+
+    @property
     def factor_moves(self) -> dict[str, float]:
-        """Logarithms of the fitted factors over their prior standard deviation, by name."""
-        moves = self.fitted.log_factors / self.dataset.layout.fit_sd
+        """Logarithms of the common factors over their prior standard deviation, by name."""
+        moves = self.mean_log_factors() / self.dataset.layout.fit_sd
         names = (factor.name for factor in self.fitted.curves.model.factors)
         return dict(zip(names, map(float, moves), strict=True))
 
-    def interval(self, name: str) -> tuple[float, float]:
-        """Return the 95 % interval of a suspect's amplitude, within its bounds."""
-        score = self.scores[name]
-        low, high = self.effects[name].bounds
-        # the specimen is the unit
-        half = float(student.ppf(0.975, len(self.dataset.specimens) - 1)) * score.error
-        return max(score.amplitude - half, low), min(score.amplitude + half, high)
+    def mean_log_factors(self) -> Array:
+        """Return the log factors' mean over the specimens that are not broken, shape (k,)."""
+        return _mean_log_factors(self.fitted)
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """Names of specimens that are taken for broken."""
+        return tuple(self.dataset.specimens[s] for s in sorted(self.fitted.fit.evidence.broken))
+
+    @property
+    def confusable_with(self) -> tuple[str, ...]:
+        """Other suspects whose signature is nearly parallel to that of a named one."""
+        pairs = [pair for pair, cosine in self.alike.items() if abs(cosine) > ALIKE]
+        found = {n for pair in pairs if set(pair) & set(self.causes) for n in pair}
+        return tuple(sorted(found - set(self.causes)))
+
+    @property
+    def explained(self) -> float | None:
+        """Share of the baseline's squared errors of shape that the effects take away."""
+        return None if self.shape_gain is None else 1.0 - self.shape_gain.ratio**2
 
     def baseline_test(self) -> BendingTest:
         """Return the baseline with its fitted factors."""
-        return self._test(self.baseline)
+        return self.baseline.curves.model.test(
+            self.dataset.baseline, _mean_log_factors(self.baseline)
+        )
 
     def extended_test(self) -> BendingTest:
-        """Return the baseline with factors and effect as fitted together.
+        """Return the baseline with factors and effects as fitted together.
 
         Raises
         ------
@@ -142,11 +185,10 @@ class Discovery(Result):
         """
         if self.extended is None:
             raise ValueError("nothing was suspected: there is no extended model")
-        return self._test(self.extended)
-
-    def _test(self, fitted: Fitted) -> BendingTest:
-        model = fitted.curves.model.at(fitted.log_factors, fitted.amplitude)
-        return model.test(self.dataset.baseline)
+        plain = dataclasses.replace(self.extended.curves.model, effects={})
+        test = plain.test(self.dataset.baseline, _mean_log_factors(self.extended))
+        added = self.extended.fit.amplitudes.items()
+        return with_effects(test, [(self.effects[name], value) for name, value in added])
 
     @property
     def title(self) -> str:
@@ -154,17 +196,20 @@ class Discovery(Result):
         return f"{self.dataset.title}: {self.verdict}"
 
     def findings(self) -> list[str]:
-        """Return the verdict, and where the fitted factors went."""
+        """Return the verdict, and what to know before believing it."""
         return findings(self)
 
     def notes(self) -> list[str]:
         """Return how specimens scatter, and what is put down to mesh and simulator."""
         scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
         mesh, left = self._corrections()
+        names = (factor.name for factor in self.fitted.curves.model.factors)
+        own = ", ".join(f"{n} {100 * sd:.0f} %" for n, sd in zip(names, scatter.own, strict=True))
         return [
-            f"{len(self.dataset.specimens)} specimens, {low:g} to {high:g} mm, scatter by "
-            f"{100 * scatter.tau:.0f} % in each factor; the noise is {100 * scatter.sigma:.2g} % "
-            "of the peak force.",
+            f"{len(self.observed.force_N)} curves of {len(self.dataset.specimens)} specimens, "
+            f"{low:g} to {high:g} mm. Specimens differ by {own}; the noise is "
+            f"{100 * scatter.noise:.2g} % of the peak force, and a smooth error of each curve "
+            f"{100 * scatter.drift:.2g} %.",
             f"Forces on the mesh recipe {self.mesh} are corrected by up to "
             f"{100 * mesh:+.1f} % of the peak, as a finer mesh shows; of what the "
             f"fit leaves, up to {100 * left:+.1f} % is put down to mesh and "
@@ -175,62 +220,75 @@ class Discovery(Result):
     @property
     def mesh(self) -> str:
         """Recipe of the simulations."""
-        return self.dataset.specimens[0].test.numerics.mesh.name
+        return self.dataset.records[0].test.numerics.mesh.name
 
     def _corrections(self) -> tuple[float, float]:
         """Return what is corrected for the mesh, and put down to it and the simulator."""
         for_mesh = self.fitted.curves.mesh_correction / self.observed.peak_N[:, None]
-        return _largest(for_mesh), _largest(self.fitted.remaining()[1])
+        return _largest(for_mesh), _largest(self.fitted.fit.remaining()[1])
 
     def overview(self) -> pd.DataFrame:
         """Return the suspects, the most probable first."""
-        rows = []
-        gains = {
-            n: -math.inf if s.log_likelihood_ratio is None else s.log_likelihood_ratio
-            for n, s in self.scores.items()
-        }
-        for name in sorted(gains, key=lambda key: -gains[key]):
-            score, unit = self.scores[name], with_space(self.effects[name].unit)
-            size = f"{score.amplitude:.3g} ± {score.error:.2g}{unit}"
-            rows.append(
-                {
-                    "suspect": name,
-                    "log-likelihood gained": ""
-                    if score.log_likelihood_ratio is None
-                    else f"{score.log_likelihood_ratio:.1f}",
-                    "amplitude": "not tested" if score.log_likelihood_ratio is None else size,
-                    "but": score.reason,
-                }
-            )
+        inclusion = dict.fromkeys(self.effects, 0.0) | self.posterior.inclusion()
+        rows = [self._row(n, inclusion[n]) for n in sorted(inclusion, key=lambda n: -inclusion[n])]
         return pd.DataFrame(rows)
+
+    def _row(self, name: str, probability: float) -> dict[str, str]:
+        unit = with_space(self.effects[name].unit)
+        told = dict.fromkeys(("probability", "amplitude", "not excluded", "of the peak"), "")
+        if name in self.limits:
+            limit = self.limits[name]
+            told = {
+                "probability": f"{probability:.2f}",
+                "amplitude": f"{self.amplitudes[name]:.3g}{unit}"
+                if name in self.amplitudes
+                else "",
+                "not excluded": f"{limit.low:.2g} to {limit.high:.2g}{unit}",
+                "of the peak": f"{100 * limit.share:.2g} %",
+            }
+            imitators = ", ".join(limit.imitated_by[:3])
+        else:
+            imitators = ""
+        return {
+            "suspect": name,
+            **told,
+            "imitated by": imitators,
+            "but": self.reasons.get(name, ""),
+        }
 
     def numbers(self) -> dict[str, Any]:
         """Return the verdict, and what it rests on."""
         fitted, (mesh, left) = self.fitted, self._corrections()
-        names = (factor.name for factor in fitted.curves.model.factors)
+        names = [factor.name for factor in fitted.curves.model.factors]
         return {
             "verdict": self.verdict,
             "causes": self.causes,
+            "groups": self.groups,
             "amplitudes": {
                 name: {
-                    "value": self.scores[name].amplitude,
+                    "value": value,
                     "interval": self.interval(name),
                     "unit": self.effects[name].unit,
                 }
-                for name in self.causes
+                for name, value in self.amplitudes.items()
             },
             "explained": self.explained,
             "p_value": self.p_value,
             "baseline_misfit_p_value": self.baseline_misfit_p_value,
             "misfit_p_value": self.misfit_p_value,
+            "conflict_p_value": self.conflict_p_value,
             "gain": None if self.gain is None else self.gain.numbers(),
             "shape_gain": None if self.shape_gain is None else self.shape_gain.numbers(),
-            "scores": {name: dataclasses.asdict(score) for name, score in self.scores.items()},
+            "probability_of_any": self.posterior.some,
+            "probabilities": self.posterior.inclusion(),
+            "limits": {name: dataclasses.asdict(limit) for name, limit in self.limits.items()},
+            "reasons": dict(self.reasons),
             "confusable_with": self.confusable_with,
-            "log_factors": dict(zip(names, fitted.log_factors, strict=True)),
+            "broken": self.broken,
+            "log_factors": dict(zip(names, self.mean_log_factors(), strict=True)),
             "log_factors_over_sd": self.factor_moves,
             "scatter": dataclasses.asdict(fitted.fit.scatter),
-            "specimens": [specimen.name for specimen in self.dataset.specimens],
+            "specimens": list(self.dataset.specimens),
             "range_mm": self.dataset.range_mm,
             "dataset": to_dict(self.dataset.layout),
             "specification": to_dict(self.dataset.baseline),
@@ -241,10 +299,12 @@ class Discovery(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return the suspects' physics, and the fitted factors."""
+        """Return the suspects' physics, the fitted factors, and what is mistaken for what."""
         physics = [(n, e.physics, e.reference) for n, e in self.effects.items()]
         sd, moves = self.dataset.layout.fit_sd, self.factor_moves
         factors = [(name, math.exp(sd * move), move) for name, move in moves.items()]
+        alike = [(*pair, cosine) for pair, cosine in self.alike.items()]
+        alike.sort(key=lambda row: -abs(row[2]))
         return {
             "suspects": Table(
                 pd.DataFrame(physics, columns=["suspect", "physics", "reference"]),
@@ -253,6 +313,11 @@ class Discovery(Result):
             "factors": Table(
                 pd.DataFrame(factors, columns=["factor", "value", "over_sd"]),
                 "Fitted factors, mean of the specimens, and over what was known of them.",
+            ),
+            "alike": Table(
+                pd.DataFrame(alike, columns=["suspect", "other", "cosine"]),
+                "How alike signatures are, where factors and simulator have taken what they can: "
+                "near 1 or -1, these data do not tell the two apart.",
             ),
         }
 
@@ -263,12 +328,12 @@ class Discovery(Result):
         return {
             "residual": Picture(
                 partial(figures.residual_figure, self),
-                "What the fit of the factors leaves, before and after. Grey: specimens. "
-                "Dashed: what is put down to mesh and simulator.",
+                "What the fit leaves, every specimen with factors of its own, before and after. "
+                "Grey: specimens. Dashed: what is put down to mesh and simulator.",
             ),
             "suspects": Picture(
                 partial(figures.suspects_figure, self),
-                "How much more probable each suspect makes the data, its amplitude fitted.",
+                "How probable each suspect is, and how large it may be without being seen.",
             ),
             "left_out": Picture(
                 partial(figures.left_out_figure, self), "Each specimen predicted from all others."
@@ -280,12 +345,16 @@ class Discovery(Result):
         return sorted({effect.file for effect in self.effects.values() if effect.file is not None})
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return the fitted baseline, and that with the cause if one is named."""
+        """Return the fitted baseline, and that with the causes if such are named."""
         named = {"extended": self.extended_test()} if self.verdict == "cause" else {}
         return {"baseline": self.baseline_test(), **named}
 
 
+def _mean_log_factors(fitted: Fitted) -> Array:
+    return np.asarray(fitted.fit.log_factors[fitted.fit.evidence.whole].mean(axis=0))
+
+
 def _largest(shares: Array) -> float:
-    """Return the mean over specimens, shape (n, m), where it is largest."""
+    """Return the mean over curves, shape (r, m), where it is largest."""
     mean = shares.mean(axis=0)
     return float(mean[np.abs(mean).argmax()])

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import tomli_w
 
-from ramiefenics.discovery.comparison import recorded
-from ramiefenics.discovery.evidence import Array
+from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
+from ramiefenics.discovery.observed import recorded
 from ramiefenics.effects import Effect
 from ramiefenics.published import ramie
 from ramiefenics.runs.curve import CurveTask, Mapper, simulated
-from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, override
+from ramiefenics.specification.files import value_at
 
 MESH = MeshRecipe(
     name="hidden",
@@ -57,39 +58,49 @@ class Secret:
         None for nothing.
     amplitude
         In its unit.
+    spread
+        Standard deviation of what it differs by between specimens, in its unit.
     """
 
     effect: Effect | None
     amplitude: float = 0.0
+    spread: float = 0.0
 
-    def apply(self, tests: Sequence[BendingTest]) -> list[BendingTest]:
+    def apply(self, tests: Sequence[BendingTest], rng: np.random.Generator) -> list[BendingTest]:
         """Return the specifications of a data set's specimens with it."""
         if self.effect is None:
             return list(tests)
         effect = self.effect.centred(tests)
-        return [effect.apply(test, self.amplitude) for test in tests]
+        if self.spread == 0.0:
+            return [effect.apply(test, self.amplitude) for test in tests]
+        drawn = self.amplitude + self.spread * rng.standard_normal(len(tests))
+        amplitudes = np.clip(drawn, *effect.bounds)
+        return [effect.apply(t, float(a)) for t, a in zip(tests, amplitudes, strict=True)]
 
 
 def make_dataset(
     folder: Path,
-    secret: Secret,
+    secrets: Secret | Sequence[Secret],
     seed: int,
     runs: Mapper,
     specimens: int = 8,
     mesh: MeshRecipe = MESH,
     travel_mm: float = TRAVEL_MM,
+    tests: Sequence[Mapping[str, float]] = ({},),
+    noise: float = NOISE_SHARE,
+    broken: int = 0,
 ) -> None:
     """Write a measured folder: stalks like the published ones, bent by the full simulator.
 
     Geometry and moduli scatter; the former, the specimens' place on the plant and where their
-    diameters were measured are in `specimens.csv`, the moduli are not. Noise of 1 % of the peak
-    force is correlated over half a millimetre; the load cell resolves 0.1 N.
+    diameters were measured are in `specimens.csv`, the moduli are not. Noise is correlated over
+    half a millimetre; the load cell resolves 0.1 N.
 
     Parameters
     ----------
     folder
         To be made.
-    secret
+    secrets
         What is hidden.
     seed
         Of everything random.
@@ -101,20 +112,63 @@ def make_dataset(
         Of the simulations.
     travel_mm
         Up to which the curves go.
+    tests
+        Settings of each test that every specimen is given, as `tests.csv` has them.
+    noise
+        Over the peak force.
+    broken
+        Specimens that slip: from some displacement on their forces are lower by a share.
     """
     rng = np.random.default_rng(seed)
-    rows, tests = _stalks(rng, specimens, mesh, travel_mm)
-    hidden = secret.apply(tests)
-    curves = simulated(runs, [CurveTask(test) for test in hidden])
+    rows, plain = _stalks(rng, specimens, mesh, travel_mm)
+    hidden = plain
+    for secret in [secrets] if isinstance(secrets, Secret) else secrets:
+        hidden = secret.apply(hidden, rng)
+    made = [
+        (row, override(test, [f"{key}={value!r}" for key, value in settings.items()]))
+        for row, test in zip(rows, hidden, strict=True)
+        for settings in tests
+    ]
+    curves = simulated(runs, [CurveTask(test) for _, test in made])
     at = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
     (folder / "curves").mkdir(parents=True)
-    for row, test, curve in zip(rows, hidden, curves, strict=True):
-        force = _noisy(recorded(test, curve, at), at, rng)
+    listed = []
+    for index, ((row, test), curve) in enumerate(zip(made, curves, strict=True)):
+        force = _noisy(recorded(test, curve, at), at, noise, rng)
+        if index < broken * len(tests):
+            share, slip = rng.uniform(0.1, 0.3), rng.uniform(0.3, 0.7) * travel_mm
+            force = np.where(at > slip, (1.0 - share) * force, force)
+        settings = tests[index % len(tests)]
+        number = f"_{1 + index % len(tests)}" if len(tests) > 1 else ""
+        path = f"curves/{row['specimen']}{number}.csv"
+        columns = {key: f"{value:g}" for key, value in settings.items()}
+        listed.append({"specimen": row["specimen"], "curve": path, **columns})
         lines = zip(at / SPEED_MM_PER_S, at, force, strict=True)
         text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
-        _write(folder / row["curve"], ["time_s", "displacement_mm", "force_N"], text)
+        _write(folder / path, ["time_s", "displacement_mm", "force_N"], text)
+    _list(folder, rows, listed, tests)
+
+
+def _list(
+    folder: Path,
+    rows: Sequence[dict[str, str]],
+    listed: Sequence[dict[str, str]],
+    tests: Sequence[Mapping[str, float]],
+) -> None:
+    """Write the tables of specimens and tests, and what they mean."""
+    layout = _layout()
+    if len(tests) == 1:
+        rows = [row | {"curve": of["curve"]} for row, of in zip(rows, listed, strict=True)]
+    else:
+        keys = {key: key for settings in tests for key in settings}
+        layout["tests"] = keys
+        base = ramie(14.4, 7.4, 0.67)
+        usual = {key: f"{value_at(base, key):g}" for key in keys}
+        full = [{**usual, **of} for of in listed]
+        names = ["specimen", "curve", *keys]
+        _write(folder / "tests.csv", names, [[of[name] for name in names] for of in full])
     _write(folder / "specimens.csv", list(rows[0]), [list(row.values()) for row in rows])
-    (folder / "dataset.toml").write_text(tomli_w.dumps(_layout()), encoding="utf-8")
+    (folder / "dataset.toml").write_text(tomli_w.dumps(layout), encoding="utf-8")
 
 
 def _stalks(
@@ -147,17 +201,16 @@ def _stalks(
                 "void_mm": f"{void:.2f}",
                 "position_mm": f"{stalk.position_mm:g}",
                 "measured_at_mm": f"{stalk.measured_at_mm:g}",
-                "curve": f"curves/{name}.csv",
             }
         )
     return rows, tests
 
 
-def _noisy(force: Array, at: Array, rng: np.random.Generator) -> Array:
+def _noisy(force: Array, at: Array, share: float, rng: np.random.Generator) -> Array:
     """Add correlated noise, and round to what the load cell resolves."""
     covariance = np.exp(-np.abs(at[:, None] - at) / NOISE_LENGTH_MM)
     noise = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(at))) @ rng.standard_normal(len(at))
-    noisy = force + NOISE_SHARE * force.max() * noise
+    noisy = force + share * force.max() * noise
     return np.asarray(np.round(noisy / RESOLUTION_N) * RESOLUTION_N)
 
 

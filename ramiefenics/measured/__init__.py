@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ramiefenics.measured.dataset import Dataset, Specimen, read_dataset
+from ramiefenics.measured.dataset import Dataset, read_dataset
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.noise import noise
 from ramiefenics.measured.raw import RawCurve, read_all
 from ramiefenics.measured.readers import READERS, Reader, find_reader, read_raw_file
+from ramiefenics.measured.record import Record
 from ramiefenics.measured.seating import Seating, seat
 from ramiefenics.measured.slope import InitialSlope, initial_slope
 
@@ -19,8 +20,8 @@ __all__ = [
     "Layout",
     "RawCurve",
     "Reader",
+    "Record",
     "Seating",
-    "Specimen",
     "find_reader",
     "initial_slope",
     "noise",

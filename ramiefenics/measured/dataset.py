@@ -1,22 +1,22 @@
-"""A folder of measured data: `dataset.toml`, `specimens.csv`, one CSV file per curve."""
+"""A folder of measured data: `dataset.toml`, `specimens.csv`, one CSV file per curve.
+
+Where specimens are tested several times there is also `tests.csv`, with a row per test.
+"""
 
 from __future__ import annotations
 
-import logging
 import math
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from ramiefenics.measured.layout import Layout, listed
-from ramiefenics.measured.noise import Array
-from ramiefenics.measured.records import check_columns, check_progress, check_steps, same_record
-from ramiefenics.measured.seating import seat
-from ramiefenics.measured.tables import need_columns, numbers, read_table
+from ramiefenics.measured.layout import Layout
+from ramiefenics.measured.listing import Listed, list_tests
+from ramiefenics.measured.record import REDUCED, Record, read_record
+from ramiefenics.measured.records import same_record
 from ramiefenics.published import published_test
 from ramiefenics.published.citation import STUDY
 from ramiefenics.specification import (
@@ -27,38 +27,6 @@ from ramiefenics.specification import (
     read_test,
 )
 from ramiefenics.specification.files import from_dict, read_toml
-
-log = logging.getLogger(__name__)
-
-SPECIMENS = "specimens.csv"
-
-REDUCED = "slopes and strengths are"
-"""What fixtures of data sets are for."""
-
-POINTS = 28
-"""Displacements at which curves are compared: noise is correlated over about one such interval."""
-
-
-@dataclass(frozen=True)
-class Specimen:
-    """One stalk, its test as specified and its curve as measured.
-
-    Attributes
-    ----------
-    name
-        Its own.
-    test
-        The baseline with this specimen's geometry and covariates.
-    curve
-        ``displacement_mm``, ascending, ``force_N``, and ``time_s`` if known.
-    row
-        Its cells of `specimens.csv` by column, as text.
-    """
-
-    name: str
-    test: BendingTest
-    curve: pd.DataFrame
-    row: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -73,14 +41,14 @@ class Dataset:
         What `dataset.toml` says.
     baseline
         The specification before a specimen's own values.
-    specimens
-        In the order of `specimens.csv`.
+    records
+        All tests, in the order of the files; those of one specimen together.
     """
 
     folder: Path
     layout: Layout
     baseline: BendingTest
-    specimens: tuple[Specimen, ...]
+    records: tuple[Record, ...]
 
     @property
     def title(self) -> str:
@@ -88,16 +56,14 @@ class Dataset:
         return self.layout.title or self.folder.name
 
     @property
-    def range_mm(self) -> tuple[float, float]:
-        """Displacements between which the curves are compared."""
-        ends = [float(s.curve["displacement_mm"].iloc[-1]) for s in self.specimens]
-        return self.layout.from_mm, min(ends) if self.layout.to_mm is None else self.layout.to_mm
+    def specimens(self) -> tuple[str, ...]:
+        """Names of the specimens."""
+        return tuple(dict.fromkeys(record.specimen for record in self.records))
 
     @property
-    def at_mm(self) -> Array:
-        """Displacements at which the curves are compared, equidistant, shape (POINTS,)."""
-        low, high = self.range_mm
-        return np.asarray(low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS)
+    def range_mm(self) -> tuple[float, float]:
+        """Displacements between which curves are compared; some may end before."""
+        return self.layout.from_mm, max(record.range_mm[1] for record in self.records)
 
     def check_starts(self) -> None:
         """Check that every curve has begun where the comparison does.
@@ -107,12 +73,12 @@ class Dataset:
         SpecificationError
             Naming the file of the curve that begins last.
         """
-        starts = [float(s.curve["displacement_mm"].iloc[0]) for s in self.specimens]
-        last = int(np.argmax(starts))
-        first = float(self.at_mm[0])
+        starts = [float(r.curve["displacement_mm"].iloc[0]) for r in self.records]
+        last = int(np.argmax([a - r.at_mm[0] for a, r in zip(starts, self.records, strict=True)]))
+        late, machine = self.records[last], self.layout.seating.zero == "machine"
+        first = float(late.at_mm[0])
         if starts[last] <= first:
             return
-        late, machine = self.specimens[last], self.layout.seating.zero == "machine"
         raise SpecificationError(
             f"{late.row[self.layout.columns.curve]}, first row, displacement_mm",
             round(starts[last], 6),
@@ -138,19 +104,9 @@ def read_dataset(folder: str | Path) -> Dataset:
         baseline = _baseline(folder, layout)
     except SpecificationError as error:
         raise error.inside("dataset.toml") from error
-    path = folder / SPECIMENS
-    table = read_table(path)
-    sources = {key: listed(value) for key, value in layout.specimens.items()}
-    names = layout.columns
-    used = [column for columns in sources.values() for column in columns]
-    need_columns(path, table, [names.specimen, names.curve, *used])
-    values = {column: numbers(path, table, column) for column in used}
-    specimens = []
-    for index in range(len(table)):
-        row = {k: float(np.mean([values[c][index] for c in v])) for k, v in sources.items()}
-        specimens.append(_specimen(folder, layout, baseline, table.iloc[index], row))
-    dataset = Dataset(folder, layout, baseline, tuple(specimens))
-    _check_together(dataset, table)
+    rows = list_tests(folder, layout)
+    dataset = Dataset(folder, layout, baseline, tuple(_records(folder, layout, baseline, rows)))
+    _check_together(dataset, rows)
     if layout.seating.zero == "machine":  # the others put the zero before the first row
         dataset.check_starts()
     return dataset
@@ -171,104 +127,42 @@ def _baseline(folder: Path, layout: Layout) -> BendingTest:
     return test
 
 
-def _specimen(
-    folder: Path,
-    layout: Layout,
-    baseline: BendingTest,
-    row: pd.Series[str],
-    values: Mapping[str, float],
-) -> Specimen:
-    for column in (layout.columns.specimen, layout.columns.curve):
-        if not row[column]:
-            where = f"{SPECIMENS}, row {row.name}, column {column}"
-            raise SpecificationError(where, row[column], "must not be empty")
-    name = row[layout.columns.specimen]
-    place = f"{SPECIMENS}, row {row.name} ({name})"
-    length = layout.units.factor("specimens")
-    changes = [f"{k}={v * (length if k.endswith('_mm') else 1.0)}" for k, v in values.items()]
-    try:
-        test = override(baseline, changes)
-    except SpecificationError as error:
-        raise error.inside(place) from error
-    curve = _curve(folder / row[layout.columns.curve], layout)
-    cells = {str(column): cell for column, cell in row.items()}
-    try:
-        curve = seat(curve, layout.seating)
-    except SpecificationError as error:
-        raise error.inside(place) from error
-    _check_sizes(place, test, curve)
-    log.info("%s: %d rows to %.3f mm", name, len(curve), curve["displacement_mm"].iloc[-1])
-    return Specimen(name, test, curve, cells)
+def _records(
+    folder: Path, layout: Layout, baseline: BendingTest, rows: Sequence[Listed]
+) -> Iterator[Record]:
+    columns = layout.columns
+    specimens = [row.cells[columns.specimen] for row in rows]
+    for index, row in enumerate(rows):
+        name = specimen = specimens[index]
+        if specimens.count(specimen) > 1:
+            number = 1 + specimens[:index].count(specimen)
+            name = f"{specimen} {row.cells.get(columns.test) or number}"
+        place = f"{row.place()} ({specimen})"
+        try:
+            test = override(baseline, row.settings)
+        except SpecificationError as error:
+            raise error.inside(place) from error
+        path = folder / row.cells[columns.curve]
+        yield read_record(place, (name, specimen), test, path, layout, row.cells)
 
 
-def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:
-    """Check that no unit is taken for another.
-
-    Nothing is bent farther than the supports are apart. No plant's fibre carries more than 2 GPa
-    (flax, among the strongest, 1.3 GPa: Baley 2002); P L / 4 W is for the section without void.
-    """
-    beam, stalk = test.fixture.check_beam(REDUCED), test.stalk
-    span, arms = beam.supports_mm, 2.0 * beam.arm_mm
-    width, height = stalk.outer_diameter_mm, stalk.height_mm
-    reach, peak = float(np.ptp(curve["displacement_mm"])), float(curve["force_N"].max())
-    for what, value, least, most in (
-        ("outer diameter in mm", width, span / 1000.0, span),
-        ("height in mm", height, span / 1000.0, span),
-        ("range of displacement in mm", reach, 0.0, span),
-        ("nominal stress in MPa", 8.0 * peak * arms / (np.pi * width * height**2), 0.0, 2000.0),
-    ):
-        if not least <= value <= most:
-            allowed = f"must be between {least:g} and {most:g}; check units, span and section"
-            raise SpecificationError(f"{place}, {what}", round(value, 6), allowed)
-
-
-def _curve(path: Path, layout: Layout) -> pd.DataFrame:
-    table = read_table(path)
-    columns, units = layout.columns, layout.units
-    need_columns(path, table, [columns.displacement, columns.force])
-    wanted = {"displacement_mm": "displacement", "force_N": "force"}
-    if columns.time in table.columns:
-        wanted["time_s"] = "time"
-    curve = pd.DataFrame(
-        {
-            name: numbers(path, table, getattr(columns, what)) * units.factor(what)
-            for name, what in wanted.items()
-        },
-        table.index,
-    )
-    check_columns(path, curve)
-    check_progress(path, curve)
-    check_steps(path, curve)
-    least, largest = float(curve["force_N"].min()), float(curve["force_N"].max())
-    if largest <= -least:
-        allowed = (
-            f"must be above 0 N, and farther from it than the least, {least:.6g}: compression "
-            "counts positive; turn the sign, or zero the load cell"
-        )
-        raise SpecificationError(f"{path.name}, largest force", largest, allowed)
-    return curve.sort_values("displacement_mm", kind="stable", ignore_index=True)
-
-
-def _check_together(dataset: Dataset, table: pd.DataFrame) -> None:
-    names, files = (table[getattr(dataset.layout.columns, what)] for what in ("specimen", "curve"))
-    for row in names.index[names.duplicated()]:
-        allowed = "must not occur twice; give each specimen a name of its own"
-        raise SpecificationError(f"{SPECIMENS}, row {row}, specimen", names[row], allowed)
-    if twins := same_record([specimen.curve for specimen in dataset.specimens]):
-        first, second = (table.index[index] for index in twins)
-        allowed = f"must not have the same curve as row {first}, {names[first]}; take one out"
-        raise SpecificationError(f"{SPECIMENS}, row {second}, curve", files[second], allowed)
-    low, high = dataset.range_mm
-    if not low < high:
-        raise SpecificationError(
-            "dataset.toml.to_mm", high, f"must be above from_mm = {low:g}, within every curve"
-        )
-    for specimen in dataset.specimens:
-        end = float(specimen.curve["displacement_mm"].iloc[-1])
+def _check_together(dataset: Dataset, rows: Sequence[Listed]) -> None:
+    column = dataset.layout.columns.curve
+    if twins := same_record([record.curve for record in dataset.records]):
+        first, second = (rows[index] for index in twins)
+        who = dataset.records[twins[0]].name
+        allowed = f"must not have the same curve as row {first.number}, {who}; take one out"
+        raise SpecificationError(second.place(column), second.cells[column], allowed)
+    for record in dataset.records:
+        low, high = record.range_mm
+        if not low < high:
+            allowed = f"must be above from_mm = {low:g}, within every curve"
+            raise SpecificationError("dataset.toml.to_mm", high, allowed)
+        end = float(record.curve["displacement_mm"].iloc[-1])
         if end < high:
             raise SpecificationError(
                 "dataset.toml.to_mm",
                 high,
-                f"must be at most {end:g} mm, where the curve of {specimen.name} ends; lower it or "
+                f"must be at most {end:g} mm, where the curve of {record.name} ends; lower it or "
                 "take that specimen out",
             )

@@ -10,7 +10,8 @@ import pandas as pd
 import tomli_w
 
 from ramiefenics.measured import RawCurve
-from ramiefenics.measured.dataset import REDUCED, SPECIMENS
+from ramiefenics.measured.listing import SPECIMENS
+from ramiefenics.measured.record import REDUCED
 from ramiefenics.published import published_test
 from ramiefenics.results.draft import draft
 from ramiefenics.specification import (

@@ -18,20 +18,24 @@ class Columns:
     Attributes
     ----------
     specimen, curve
-        Of `specimens.csv`: name, and path of the curve's file beside `dataset.toml`.
+        Of `specimens.csv`: name, and path of the curve's file beside `dataset.toml`; where
+        specimens are tested several times, of `tests.csv`.
+    test
+        Of `tests.csv`: what the test is called. It may be missing.
     displacement, force, time
         Of the curves. The time may be missing.
     """
 
     specimen: str = "specimen"
     curve: str = "curve"
+    test: str = "test"
     displacement: str = "displacement_mm"
     force: str = "force_N"
     time: str = "time_s"
 
     def __post_init__(self) -> None:
         """Check that all are text, and that no column means two things."""
-        for table in (("specimen", "curve"), ("displacement", "force", "time")):
+        for table in (("specimen", "curve", "test"), ("displacement", "force", "time")):
             taken: set[str] = set()
             for name in table:
                 check_text(self, name, empty=False)
@@ -84,6 +88,8 @@ class Layout:
     specimens
         From keys of the specification to the columns of `specimens.csv` that have their values, for
         instance ``"stalk.void_diameter_mm" = "void_mm"``; the mean of several if a list.
+    tests
+        The same for the columns of `tests.csv`: ``"fixture.span_mm" = "span_mm"``.
     fit
         Common factors fitted before anything is suspected, see `ramiefenics.discovery.factors`.
         By default the axial and transverse moduli of every layer.
@@ -94,7 +100,7 @@ class Layout:
     mesh
         Recipe of the simulations, by name or in full.
     from_mm, to_mm
-        Range of displacement that is compared; by default from 0 to where the shortest curve ends.
+        Range of displacement that is compared; by default from 0 to where each curve ends.
         Every curve has to begin before the first displacement that is compared.
     """
 
@@ -107,6 +113,7 @@ class Layout:
     units: Units = field(default_factory=Units)
     seating: Seating = field(default_factory=Seating)
     specimens: dict[str, Any] = field(default_factory=dict)
+    tests: dict[str, Any] = field(default_factory=dict)
     fit: list[str] = field(default_factory=list)
     fit_sd: float = 0.3
     mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("screening"))
@@ -121,10 +128,11 @@ class Layout:
         for name in ("to_mm", "speed_mm_per_min"):
             if getattr(self, name) is not None:
                 check_number(self, name, above=0.0)
-        for key, value in self.specimens.items():
-            if not listed(value) or not all(isinstance(v, str) for v in listed(value)):
-                allowed = "must be the name of a column, or a list of some"
-                raise SpecificationError(f"specimens.{key}", value, allowed)
+        for table in ("specimens", "tests"):
+            for key, value in getattr(self, table).items():
+                if not listed(value) or not all(isinstance(v, str) for v in listed(value)):
+                    allowed = "must be the name of a column, or a list of some"
+                    raise SpecificationError(f"{table}.{key}", value, allowed)
         if not isinstance(self.fit, list):
             raise SpecificationError("fit", self.fit, "must be a list of names")
 

@@ -95,7 +95,7 @@ class Reduction(Result):
         """Tell of preloads, and of load cells that were not zeroed."""
         if self.dataset.layout.seating.zero != "machine":
             return []
-        start = np.array([s.curve["force_N"].iloc[0] for s in self.dataset.specimens])
+        start = np.array([s.curve["force_N"].iloc[0] for s in self.dataset.records])
         noise, peak = self.curves["noise_N"].to_numpy(), self.curves["peak_N"].to_numpy()
         seen = np.maximum(5.0 * noise, 0.01 * peak)
         notes = []
@@ -188,17 +188,17 @@ def reduce_dataset(
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)
     rows = []
-    for specimen in dataset.specimens:
-        if by is not None and by not in specimen.row:
-            there = ", ".join(specimen.row)
+    for record in dataset.records:
+        if by is not None and by not in record.row:
+            there = ", ".join(record.row)
             raise SpecificationError("by", by, f"must be a column of specimens.csv ({there})")
-        numbers = reduce_curve(specimen.curve)
+        numbers = reduce_curve(record.curve)
         rows.append(
             {
-                "specimen": specimen.name,
-                "group": ALL if by is None else specimen.row[by],
+                "specimen": record.name,
+                "group": ALL if by is None else record.row[by],
                 **dataclasses.asdict(numbers),
-                **reduce_section(specimen, numbers),
+                **reduce_section(record, numbers),
             }
         )
     curves = pd.DataFrame(rows)

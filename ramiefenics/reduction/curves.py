@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ramiefenics.measured import Specimen, initial_slope, noise
+from ramiefenics.measured import Record, initial_slope, noise
 from ramiefenics.measured.work import work
 from ramiefenics.reduction import equations
 
@@ -101,15 +101,15 @@ def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
     )
 
 
-def reduce_section(specimen: Specimen, numbers: CurveNumbers) -> dict[str, float]:
+def reduce_section(record: Record, numbers: CurveNumbers) -> dict[str, float]:
     """Return what the section makes of force and slope, MPa.
 
     ``strength_MPa`` is for the section as specified, ``strength_turned_MPa`` as if it had lain on
     its other diameter: the range where nobody wrote down which one faced the indenter. The moduli
     are apparent: each puts the whole deflection down to one cause.
     """
-    stalk = specimen.test.stalk
-    beam = specimen.test.fixture.check_beam("strengths and moduli are")
+    stalk = record.test.stalk
+    beam = record.test.fixture.check_beam("strengths and moduli are")
     span, inner_span = beam.supports_mm, beam.indenters_mm
     arms = 2.0 * beam.arm_mm  # moment and shear force are those of three-point bending over both
     outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm

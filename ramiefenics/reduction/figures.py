@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ramiefenics.measured import Specimen
+from ramiefenics.measured import Record
 from ramiefenics.measured.noise import Array
 from ramiefenics.reduction import ALL, QUANTITIES, Reduction
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
@@ -29,10 +29,10 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
     The mean begins where all have begun, and goes as far as half of the specimens do; it is dashed
     where the first has ended.
     """
-    specimens = zip(reduction.curves["group"], reduction.dataset.specimens, strict=True)
-    groups: dict[str, list[Specimen]] = {name: [] for name in reduction.names}
-    for group, specimen in specimens:
-        groups[group].append(specimen)
+    records = zip(reduction.curves["group"], reduction.dataset.records, strict=True)
+    groups: dict[str, list[Record]] = {name: [] for name in reduction.names}
+    for group, record in records:
+        groups[group].append(record)
     across = min(IN_A_ROW, len(groups))
     down = math.ceil(len(groups) / across)
     with mpl.rc_context(STYLE):
@@ -66,19 +66,19 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
     return figure
 
 
-def _curves(axes: Axes, specimens: list[Specimen]) -> None:
-    for index, specimen in enumerate(specimens):
-        curve = specimen.curve
+def _curves(axes: Axes, records: list[Record]) -> None:
+    for index, record in enumerate(records):
+        curve = record.curve
         label = "one specimen" if index == 0 else None
         axes.plot(
             curve["displacement_mm"], curve["force_N"], color=GREY, lw=0.5, alpha=0.6, label=label
         )
-    ends = np.sort([specimen.curve["displacement_mm"].iloc[-1] for specimen in specimens])
-    start = max(specimen.curve["displacement_mm"].iloc[0] for specimen in specimens)
+    ends = np.sort([record.curve["displacement_mm"].iloc[-1] for record in records])
+    start = max(record.curve["displacement_mm"].iloc[0] for record in records)
     at = np.linspace(start, ends[len(ends) // 2], GRID)
-    forces = np.array([_force(specimen.curve, at) for specimen in specimens])
+    forces = np.array([_force(record.curve, at) for record in records])
     mean = np.nanmean(forces, axis=0)
-    if len(specimens) > 1:
+    if len(records) > 1:
         sd = np.nanstd(forces, axis=0, ddof=1)
         axes.fill_between(
             at, mean - sd, mean + sd, color=BLUE, alpha=0.25, lw=0, label="± 1 standard deviation"

@@ -18,6 +18,9 @@ Array = NDArray[np.floating[Any]]
 DISPLACEMENTS = 56
 """At which curves are learned, equally spaced."""
 
+EXACT = 1e-9
+"""Error over the peak below which nothing is said of how exact it is."""
+
 ROUNDING = 1e-6
 """Coordinates over their range that differ by less do not differ."""
 
@@ -146,7 +149,8 @@ class Family:
         """
         inside = self._inside(at)
         missed, expected = self.left_out
-        caution = max(1.0, float(np.sqrt(((missed / expected) ** 2).mean())))
+        ratios = missed / np.maximum(expected, EXACT)
+        caution = max(1.0, float(np.sqrt((ratios**2).mean())))
         errors = (
             2.0 * caution * self._over_peak(self._process.mean(inside), self._process.sd(inside))
         )

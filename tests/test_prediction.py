@@ -7,10 +7,12 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.comparison import Model, Observed, Simulator
+from ramiefenics.discovery.blocks import Blocks
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitter
 from ramiefenics.discovery.meshes import finer, limit
+from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.prediction import Model, Predictor
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done
 
@@ -28,10 +30,8 @@ class Springs:
 
     def __init__(self, stiffness: dict[rf.MeshRecipe, float], modulus_MPa: float) -> None:
         self._stiffness, self._modulus_MPa = stiffness, modulus_MPa
-        self.linearised = 0
 
     def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
-        self.linearised += sum(bool(task.factors) for task in tasks)
         u = np.linspace(0.0, 7.0, 71)
         curves = []
         for task in tasks:
@@ -58,14 +58,19 @@ def springs(screening: rf.BendingTest) -> Springs:
 def dataset(screening: rf.BendingTest) -> SimpleNamespace:
     return SimpleNamespace(
         baseline=screening,
-        specimens=[SimpleNamespace(test=screening)],
         layout=SimpleNamespace(fit=["xylem.axial"], fit_sd=0.1),
     )
 
 
+def observed(at_mm: np.ndarray, force_N: np.ndarray | None = None) -> Observed:
+    """Return one measured curve."""
+    at, force = at_mm[None], np.ones((1, len(at_mm))) if force_N is None else force_N[None]
+    return Observed(at, force, force.max(axis=1), Blocks.of(["A"], len(at_mm)))
+
+
 @pytest.fixture
-def simulator(dataset: SimpleNamespace, springs: Springs) -> Simulator:
-    return Simulator(dataset, AT_MM, springs)
+def predictor(screening: rf.BendingTest, springs: Springs) -> Predictor:
+    return Predictor([screening], observed(AT_MM), springs)
 
 
 def loose(gap_mm: float) -> rf.Effect:
@@ -80,11 +85,12 @@ def loose(gap_mm: float) -> rf.Effect:
 
 @pytest.mark.parametrize("gap_mm", [0.0, GAP_MM])
 def test_changes_pass_through_the_machine(
-    screening: rf.BendingTest, simulator: Simulator, gap_mm: float
+    screening: rf.BendingTest, predictor: Predictor, gap_mm: float
 ) -> None:
     used = factors(screening, ["xylem.axial"])
-    model = Model(used, (0.0,), loose(gap_mm), COMPLIANCE_MM_PER_N)
-    found = simulator.linearise(model)
+    effect = loose(gap_mm)
+    model = Model(used, np.zeros((1, 1)), {"loose": (effect, COMPLIANCE_MM_PER_N)})
+    found = predictor.linearise(model, {"loose": effect})
     # F = k u and d = gap + u + c F: F = k (d - gap) / (1 + c k), and its derivatives
     k, c, d = STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, AT_MM - gap_mm
     force, by_log_k = k * d / (1 + c * k), k * d / (1 + c * k) ** 2
@@ -94,16 +100,15 @@ def test_changes_pass_through_the_machine(
     # the first deviation is the same all along; five of them share the variance, in halves but it
     first = limit()[1] * (FINER - 1.0) / np.sqrt(1.0 + 4.0 / 2.0)
     assert np.allclose(found.by_mesh[0, 0], first * by_log_k, rtol=1e-3)
-    assert found.by_effect is not None
-    assert np.allclose(found.by_effect[0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
+    assert np.allclose(found.by_effects["loose"][0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
 
 
 def test_meshes_explain_no_more_than_a_finer_one_shows(
-    screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
+    screening: rf.BendingTest, springs: Springs
 ) -> None:
     """Read so closely that a line through the points of a reading is the curve."""
-    simulator = Simulator(dataset, np.linspace(0.5, 6.0, 331), springs)
-    found = simulator.linearise(Model(factors(screening, ["xylem.axial"]), (0.0,)))
+    predictor = Predictor([screening], observed(np.linspace(0.5, 6.0, 331)), springs)
+    found = predictor.linearise(Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1))), {})
     mean, sd = limit()
     on_mesh = found.force - found.mesh_correction
     assert np.allclose(found.mesh_correction, mean * (FINER - 1.0) * on_mesh, rtol=1e-9)
@@ -114,12 +119,13 @@ def test_meshes_explain_no_more_than_a_finer_one_shows(
 
 
 def test_a_kink_is_read_as_on_a_measured_curve(
-    screening: rf.BendingTest, simulator: Simulator
+    screening: rf.BendingTest, predictor: Predictor
 ) -> None:
     """The end of a gap lies among the points of the first reading."""
     gap = 0.4
-    model = Model(factors(screening, ["xylem.axial"]), (0.0,), loose(gap), 0.0)
-    found = simulator.linearise(model).force[0]
+    used = factors(screening, ["xylem.axial"])
+    model = Model(used, np.zeros((1, 1)), {"loose": (loose(gap), 0.0)})
+    found = predictor.linearise(model, {}).force[0]
     travel = np.linspace(0.0, 6.0, 1201)
     force = STIFFNESS_N_PER_MM * np.maximum(travel - gap, 0.0)
     curve = pd.DataFrame({"displacement_mm": travel, "force_N": force})
@@ -138,21 +144,31 @@ def test_the_limit_of_meshes_is_where_richardson_says(order: float) -> None:
     assert abs(coarse + mean * (fine - coarse) - 1.0) < coarse - 1.0
 
 
-@pytest.mark.parametrize(("gap_mm", "found_mm", "rounds"), [(-0.2, 0.0, 1), (0.1, 0.1, 2)])
-def test_fit_ends_where_the_effect_vanishes(
-    dataset: SimpleNamespace,
-    springs: Springs,
-    simulator: Simulator,
-    gap_mm: float,
-    found_mm: float,
-    rounds: int,
+def test_residuals_are_the_baselines_wherever_the_model_is_linearised(
+    screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
 ) -> None:
-    """A curve that begins before contact, as no gap makes it; and one with a gap."""
-    force = STIFFNESS_N_PER_MM * (AT_MM - gap_mm)[None]
-    fitter = Fitter(dataset, Observed(AT_MM, force, force.max(axis=1)), simulator)
-    baseline = fitter.baseline()
-    before = springs.linearised
-    fitted = fitter.extended(baseline, rf.EFFECTS["seating_gap"], 0.3)
-    # smooth errors of 0.3 % of the peak may pass for 0.003 * 59 N / 10 N/mm of gap
-    assert fitted.amplitude == pytest.approx(found_mm, abs=0.02)
-    assert springs.linearised - before == rounds
+    """Priors of factors and amplitudes stay where they were; the spring is linear in both."""
+    data = observed(AT_MM, 1.1 * STIFFNESS_N_PER_MM * (AT_MM - GAP_MM))
+    predictor, gap = Predictor([screening], data, springs), rf.EFFECTS["seating_gap"]
+    used, fitter = factors(screening, ["xylem.axial"]), Fitter(dataset, data, predictor)
+    residuals = []
+    for log_factor, there in ((0.0, {}), (0.0, {gap.name: (gap, 0.1)})):
+        model = Model(used, np.full((1, 1), log_factor), there)
+        curves = predictor.linearise(model, {gap.name: gap})
+        residuals.append(fitter.evidence(curves, {gap.name: gap}).residual)
+    # a gap shifts the curve: its signature is the same at any amplitude, but at the first reading
+    assert residuals[1][:, 1:] == pytest.approx(residuals[0][:, 1:], abs=1e-9)
+    expected = (data.force_N - STIFFNESS_N_PER_MM * AT_MM) / data.peak_N[:, None]
+    assert residuals[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_effects_that_have_no_meaning_are_refused_by_name(
+    screening: rf.BendingTest, springs: Springs
+) -> None:
+    solid = rf.override(screening, ["stalk.void_diameter_mm=0"])
+    predictor = Predictor([solid], observed(AT_MM), springs)
+    model = Model(factors(solid, ["xylem.axial"]), np.zeros((1, 1)))
+    suspects = {name: rf.EFFECTS[name] for name in ("seating_gap", "eccentric_void")}
+    found = predictor.linearise(model, suspects)
+    assert list(found.by_effects) == ["seating_gap"]
+    assert "there is none to move" in found.refused["eccentric_void"]

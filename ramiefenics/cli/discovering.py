@@ -1,0 +1,109 @@
+"""Commands that look for causes: `discover` and `plan`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from mpi4py import MPI
+
+from ramiefenics.cli import progress
+from ramiefenics.cli.common import (
+    Assignments,
+    LawName,
+    MeshName,
+    claim,
+    finish,
+    load_test,
+    resumable,
+)
+from ramiefenics.cli.effects import EffectFiles, PlannedNames, SuspectNames, suspects
+from ramiefenics.effects import EFFECTS, SUSPECTS
+from ramiefenics.specification import BendingTest, mesh_recipe, override
+
+
+def discover_command(
+    dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
+    ] = None,
+    mesh: MeshName = None,
+    suspect: SuspectNames = None,
+    effects: EffectFiles = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
+) -> None:
+    """Find what the simulation of measured curves lacks, and what naming it gains."""
+    folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
+    if mesh is not None:
+        mesh_recipe(mesh)  # before there is a progress bar
+    tried = suspects(suspect, effects, SUSPECTS)
+    from ramiefenics.discovery import discover
+    from ramiefenics.runs import Runs, workers
+
+    with resumable(), workers() as pool, progress.counting() as (stage, count):
+        runs = Runs(executor=pool, on_done=count)
+        found = discover(dataset, tried, mesh, runs, seed, stage)
+    finish(found, folder)
+
+
+def plan_command(
+    spec: Annotated[
+        str,
+        typer.Argument(
+            help="The test to plan: a TOML file, a published test, or a folder of measured data "
+            "with stalks of the same kind."
+        ),
+    ] = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-plan by default.")
+    ] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE,...",
+            help="Settings of another test that each stalk could be given; may be repeated. By "
+            "default a shorter span, and a blunter indenter.",
+        ),
+    ] = None,
+    suspect: PlannedNames = None,
+    effects: EffectFiles = None,
+    stalks: Annotated[int | None, typer.Option(help="How many there are to be.")] = None,
+    fit_sd: Annotated[
+        float | None, typer.Option(help="How well moduli are known, sd of their logarithms.")
+    ] = None,
+    noise: Annotated[float | None, typer.Option(help="Of the curves, over their peak.")] = None,
+    mesh: MeshName = None,
+    law: LawName = None,
+    assign: Assignments = None,
+) -> None:
+    """Tell what tests could show before they are made, and which second test tells most."""
+    folder = claim(out or Path("results") / f"{Path(spec).resolve().stem}-plan", MPI.COMM_SELF)
+    tried = suspects(suspect, effects, EFFECTS)
+    from ramiefenics.discovery.plan import SHARES, plan
+    from ramiefenics.discovery.power import Design
+    from ramiefenics.runs import Runs, workers
+
+    test, known = _planned(spec, mesh, law, assign)
+    given = {"stalks": stalks, "fit_sd": fit_sd, "noise": noise}
+    design = Design(**(known | {name: v for name, v in given.items() if v is not None}))
+    others = None if also is None else [settings.split(",") for settings in also]
+    with resumable(), workers() as pool, progress.counting() as (stage, count):
+        stage("simulating one stalk", (len(tried) + 1) * (1 + len(others or SHARES)))
+        found = plan(test, others, design, tried, Runs(executor=pool, on_done=count))
+    finish(found, folder)
+
+
+def _planned(
+    spec: str, mesh: str | None, law: str | None, assign: list[str] | None
+) -> tuple[BendingTest, dict[str, Any]]:
+    """Return the test, and what a data set tells of the stalks."""
+    if not (Path(spec) / "dataset.toml").is_file():
+        return load_test(spec, mesh or "screening", law, assign), {}
+    from ramiefenics.discovery.meshes import on_mesh
+    from ramiefenics.measured import read_dataset
+
+    dataset = read_dataset(spec)
+    recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
+    test = override(on_mesh(dataset.baseline, recipe), assign or [])
+    return test, {"stalks": len(dataset.specimens), "fit_sd": dataset.layout.fit_sd}

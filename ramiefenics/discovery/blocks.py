@@ -1,0 +1,73 @@
+"""Curves of the same specimen stand together: one block of the data for each specimen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]
+Integers = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Where curves stand. Blocks are as long as the longest; the rest of them has no data.
+
+    Attributes
+    ----------
+    specimen
+        Of every curve, counted from 0, shape (r,).
+    place
+        Of every curve among its specimen's, shape (r,).
+    points
+        Displacements of a curve, m.
+    """
+
+    specimen: Integers
+    place: Integers
+    points: int
+
+    @classmethod
+    def of(cls, specimens: Sequence[str], points: int) -> Blocks:
+        """Arrange curves, given the name of each one's specimen."""
+        names = list(dict.fromkeys(specimens))
+        places = [list(specimens[:index]).count(name) for index, name in enumerate(specimens)]
+        numbers = [names.index(name) for name in specimens]
+        return cls(np.array(numbers, dtype=int), np.array(places, dtype=int), points)
+
+    @property
+    def number(self) -> int:
+        """Specimens, n."""
+        return int(self.specimen.max()) + 1
+
+    @property
+    def most(self) -> int:
+        """Curves of the specimen that has most."""
+        return int(self.place.max()) + 1
+
+    def stack(self, columns: Array) -> Array:
+        """Return columns, shape (r, c, m), by specimen, shape (n, b, c) with b = most * m."""
+        whole = np.zeros((self.number, self.most, self.points, columns.shape[1]))
+        whole[self.specimen, self.place] = columns.transpose(0, 2, 1)
+        return whole.reshape(self.number, self.most * self.points, columns.shape[1])
+
+    def curves(self, stacked: Array) -> Array:
+        """Return columns by curve again, shape (r, c, m)."""
+        whole = stacked.reshape(self.number, self.most, self.points, -1)
+        return np.asarray(whole[self.specimen, self.place].transpose(0, 2, 1))
+
+    def covariance(self, kernels: Array, elsewhere: float) -> Array:
+        """Return matrices of the curves, shape (r, m, m), on the blocks' diagonals, (n, b, b).
+
+        Where there are no data the diagonal has `elsewhere`.
+        """
+        n, q, m = self.number, self.most, self.points
+        whole = np.zeros((n, q, m, q, m))
+        diagonal = np.einsum("nqiqi->nqi", whole)
+        diagonal[...] = elsewhere
+        whole[self.specimen, self.place, :, self.place, :] = kernels
+        return whole.reshape(n, q * m, q * m)

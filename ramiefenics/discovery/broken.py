@@ -1,0 +1,50 @@
+"""Specimens that slipped, broke or were mis-measured: whose curves others cannot explain."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence
+
+PROBABILITY = 0.02
+"""Of each specimen to be broken, beforehand."""
+
+FEWEST = 3
+"""Specimens that are left at least."""
+
+LARGEST_SHARE = 1 / 3
+"""Of the specimens that may be taken for broken."""
+
+
+def find_broken(evidence: Evidence, effects: Sequence[str]) -> Evidence:
+    """Return the evidence in which specimens that are probably broken do not count.
+
+    One after the other, the one first without which the others are most probable: as long as its
+    curves are less probable as those of a specimen like the others than as anything a curve can be
+    (a mixture at the level of specimens: Box and Tiao 1968).
+
+    Parameters
+    ----------
+    evidence
+        Of all specimens.
+    effects
+        That are there.
+    """
+    evidence = dataclasses.replace(evidence, broken=frozenset())
+    number = evidence.blocks.number
+    most = min(int(LARGEST_SHARE * number), number - FEWEST)
+    odds = math.log(PROBABILITY / (1.0 - PROBABILITY))
+    scatter = fit_scatter(evidence, effects)
+    value = log_evidence(evidence, effects, scatter)
+    while len(evidence.broken) < most:
+        tried = [evidence.but_without(s) for s in evidence.whole]
+        without = max(tried, key=lambda other: log_evidence(other, effects, scatter))
+        refined = fit_scatter(without, effects, scatter)
+        found = log_evidence(without, effects, refined)
+        if found + odds <= value:
+            break
+        evidence, scatter, value = without, refined, found
+    return evidence

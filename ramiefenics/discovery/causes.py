@@ -1,0 +1,198 @@
+"""Which effects are there: the posterior over sets of them.
+
+Beforehand, as likely as not there is none; where there are some, one is likelier than two, and two
+than three (`NUMBER`), and all sets of as many are equally likely. The evidence of a set has its
+amplitudes integrated out (`Evidence.scale`), within their bounds. All sets are compared at one
+linearisation.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import ndtr
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.evidence import Evidence, Reduced
+from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.scatter import Scatter
+
+NUMBER = (0.5, 0.3, 0.15, 0.05)
+"""Probability, beforehand, that there are none, one, two, three effects."""
+
+SURE = 0.95
+"""Probability that is as good as certain."""
+
+NEGLIGIBLE = 0.05
+"""Probability of an effect that need not be mentioned."""
+
+ROUNDS = 4
+"""Most searches for the standard deviations of the best set."""
+
+SMALLEST = 1e-300
+
+Set = tuple[int, ...]
+"""Effects, counted from 0, ascending."""
+
+
+@dataclass(frozen=True)
+class Causes:
+    """The posterior over sets of effects.
+
+    Attributes
+    ----------
+    names
+        Of the suspects.
+    sets
+        All of them, the empty one first.
+    log_evidence
+        Of each, at the standard deviations at which it is largest, shape (s,).
+    scatter
+        The most probable standard deviations of the best set.
+    nothing
+        Those without effects.
+    """
+
+    names: tuple[str, ...]
+    sets: tuple[Set, ...]
+    log_evidence: Array
+    scatter: Scatter
+    nothing: Scatter
+
+    @cached_property
+    def probability(self) -> Array:
+        """Of each set, shape (s,)."""
+        logarithms = self.log_evidence + log_priors(self.sets, len(self.names))
+        shares = np.exp(logarithms - logarithms.max())
+        return np.asarray(shares / shares.sum())
+
+    @property
+    def best(self) -> tuple[str, ...]:
+        """The most probable set."""
+        return tuple(self.names[index] for index in self.sets[int(self.probability.argmax())])
+
+    @property
+    def some(self) -> float:
+        """Probability that there is any effect."""
+        return float(1.0 - self.probability[0])
+
+    def inclusion(self) -> dict[str, float]:
+        """Return the probability of each effect."""
+        return {name: self.any_of([name]) for name in self.names}
+
+    def any_of(self, names: Iterable[str]) -> float:
+        """Return the probability that at least one of some effects is there."""
+        wanted = {self.names.index(name) for name in names}
+        there = np.array([not wanted.isdisjoint(chosen) for chosen in self.sets])
+        return float(self.probability[there].sum())
+
+    def gain(self, names: Sequence[str]) -> float:
+        """Return the logarithm of the evidence of a set over that without effects."""
+        chosen = tuple(sorted(self.names.index(name) for name in names))
+        return float(self.log_evidence[self.sets.index(chosen)] - self.log_evidence[0])
+
+    def groups(self) -> list[tuple[str, ...]]:
+        """Return groups of effects of each of which one is there as good as certainly.
+
+        The most probable first. A group of one is a cause; of the others nobody can tell which.
+        """
+        inclusion = self.inclusion()
+        left = [name for name in inclusion if inclusion[name] > NEGLIGIBLE]
+        groups = []
+        while left:
+            group = [max(left, key=lambda name: inclusion[name])]
+            while self.any_of(group) < SURE and len(group) < len(left):
+                others = [name for name in left if name not in group]
+                group.append(max(others, key=lambda name: self.any_of([*group, name])))
+            if self.any_of(group) < SURE:
+                break
+            groups.append(tuple(group))
+            left = [name for name in left if name not in group]
+        if not groups and left and self.some > SURE:
+            groups.append(tuple(sorted(left, key=lambda name: -inclusion[name])))
+        return groups
+
+
+def find_causes(evidence: Evidence, start: Sequence[Scatter] = ()) -> Causes:
+    """Compare all sets of effects.
+
+    Standard deviations are searched for without effects, and for the best set until that stays the
+    same; every set has those at which it is most probable. Amplitudes differ between specimens
+    only in sets that have the effect.
+
+    Parameters
+    ----------
+    evidence
+        The curves.
+    start
+        Standard deviations to try besides.
+    """
+    sets = all_sets(len(evidence.names))
+    nothing = fit_scatter(evidence)
+    tried = [nothing, *start]
+    values = np.array([_log_evidence(evidence, scatter, sets) for scatter in tried])
+    best: tuple[str, ...] = ()
+    for _ in range(ROUNDS):
+        found = Causes(evidence.names, sets, values.max(axis=0), nothing, nothing)
+        if found.best == best:
+            break
+        best = found.best
+        tried.append(fit_scatter(evidence, best, nothing))
+        values = np.vstack([values, _log_evidence(evidence, tried[-1], sets)])
+    chosen = int(found.probability.argmax())
+    scatter = tried[int(values[:, chosen].argmax())]
+    return Causes(evidence.names, sets, values.max(axis=0), scatter, nothing)
+
+
+def all_sets(number: int) -> tuple[Set, ...]:
+    """Return all sets of at most three of some effects, the empty one first."""
+    sizes = range(min(len(NUMBER) - 1, number) + 1)
+    return tuple(chosen for k in sizes for chosen in itertools.combinations(range(number), k))
+
+
+def log_priors(sets: Sequence[Set], number: int) -> Array:
+    """Return the logarithms of the sets' probabilities beforehand, but for a constant."""
+    each = [math.log(share / math.comb(number, k)) for k, share in enumerate(NUMBER) if k <= number]
+    return np.array([each[len(chosen)] for chosen in sets])
+
+
+def _log_evidence(evidence: Evidence, scatter: Scatter, sets: Sequence[Set]) -> Array:
+    """Return the logarithms of evidence and prior of the standard deviations, shape (s,)."""
+    reduced = evidence.whiten(scatter).reduce()
+    gains = log_evidence_gains(reduced, evidence.bounds, sets)[:, 0]
+    needed = {evidence.names.index(name) for name in scatter.spread}
+    impossible = np.array([not needed.issubset(chosen) for chosen in sets])
+    gains[impossible] = -np.inf
+    return np.asarray(gains + reduced.log_evidence[0] + scatter.log_prior())
+
+
+def log_evidence_gains(reduced: Reduced, bounds: Array, sets: Sequence[Set]) -> Array:
+    """Return what each set gains in log-evidence over no effect, shape (s, B).
+
+    Bounds are taken into account by the marginal distributions of the amplitudes: prior and
+    posterior probability of being within.
+    """
+    gains = np.zeros((len(sets), reduced.onto.shape[1]))
+    by_size: dict[int, list[int]] = {}
+    for row, chosen in enumerate(sets):
+        by_size.setdefault(len(chosen), []).append(row)
+    for size, rows in by_size.items():
+        if size == 0:
+            continue
+        which = np.array([sets[row] for row in rows])
+        precision = np.eye(size) + reduced.gram[which[:, :, None], which[:, None, :]]
+        covariance = np.linalg.inv(precision)
+        onto = reduced.onto[which]
+        mean = covariance @ onto
+        fits = 0.5 * ((onto * mean).sum(axis=1) + np.linalg.slogdet(covariance)[1][:, None])
+        sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))[..., None]
+        low, high = (bounds[which, side][..., None] for side in (0, 1))
+        inside = ndtr((high - mean) / sd) - ndtr((low - mean) / sd)
+        before = ndtr(high) - ndtr(low)
+        gains[rows] = fits + np.log(np.maximum(inside, SMALLEST) / before).sum(axis=1)
+    return gains

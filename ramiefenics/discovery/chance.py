@@ -1,0 +1,125 @@
+"""How often chance alone makes what was found: parametric bootstrap, scatter fitted anew."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.causes import log_evidence_gains
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit_scatter import fit_scatter, without_knowledge
+from ramiefenics.discovery.scatter import Scatter
+
+DRAWS = 1000
+"""Most random data sets."""
+
+EXCEEDED = 40
+"""Random data sets that exceed the measured one after which no more are drawn: the probability is
+known well enough then (Besag and Clifford 1991)."""
+
+STEP, FARTHEST = 0.1, 1.5
+"""Of the logarithms of standard deviations: for derivatives, and the largest change of a refit."""
+
+ALTERNATIVES = 3
+"""Suspects for which standard deviations are fitted besides: an effect by which specimens differ is
+otherwise taken for scatter."""
+
+
+def chance_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Generator) -> float:
+    """Return the probability that some suspect explains as much where there is no effect.
+
+    Parameters
+    ----------
+    evidence
+        Of the curves, with all suspects.
+    nothing
+        The most probable standard deviations without any.
+    rng
+        Random numbers.
+    """
+    singles = [(index,) for index in range(len(evidence.names))]
+    if not singles:
+        return 1.0
+    reduced = evidence.whiten(nothing).reduce()
+    gains = log_evidence_gains(reduced, evidence.bounds, singles)[:, 0]
+    best = [evidence.names[index] for index in np.argsort(-gains)[:ALTERNATIVES]]
+    start, same = nothing.logarithms(), len(nothing.logarithms())
+    moves = [fit_scatter(evidence, [n], nothing).logarithms()[:same] - start for n in best]
+
+    def best_gain(scatter: Scatter, data: Array | None) -> float:
+        without = evidence.whiten(scatter, data).reduce()
+        base = without.log_evidence[0] + scatter.log_prior()
+        gain = log_evidence_gains(without, evidence.bounds, singles).max()
+        for move in moves:
+            other = scatter.moved(scatter.logarithms() + move)
+            found = evidence.whiten(other, data).reduce()
+            more = log_evidence_gains(found, evidence.bounds, singles).max()
+            gain = max(gain, more + found.log_evidence[0] + other.log_prior() - base)
+        return float(gain)
+
+    return _chance(evidence, nothing, best_gain, rng)
+
+
+def chance_of_misfit(
+    narrow: Evidence, wide: Evidence, scatter: Scatter, rng: np.random.Generator
+) -> float:
+    """Return the probability of what curves have in common that no effect explains.
+
+    Parameters
+    ----------
+    narrow, wide
+        The evidence, with the simulator's own error as it should be, and with a large one.
+    scatter
+        The most probable standard deviations of the former.
+    rng
+        Random numbers.
+    """
+
+    def gain(scatter: Scatter, data: Array | None) -> float:
+        both = [e.whiten(scatter, data).reduce().log_evidence[0] for e in (wide, narrow)]
+        return float(both[0] - both[1])
+
+    return _chance(narrow, scatter, gain, rng)
+
+
+def _chance(
+    evidence: Evidence,
+    scatter: Scatter,
+    statistic: Callable[[Scatter, Array | None], float],
+    rng: np.random.Generator,
+) -> float:
+    """Return how probable a statistic as large as that of the measured curves is."""
+    draws = evidence.draw(scatter, DRAWS, rng)
+    measured, exceeded = statistic(scatter, None), 0
+    for index, own in enumerate(_refitted(evidence, scatter, draws)):
+        exceeded += statistic(own, draws[..., [index]]) >= measured
+        if exceeded == EXCEEDED:
+            return exceeded / (index + 1)
+    return (1 + exceeded) / (1 + DRAWS)
+
+
+def _refitted(evidence: Evidence, scatter: Scatter, draws: Array) -> Sequence[Scatter]:
+    """Return the most probable standard deviations of each random data set.
+
+    One step of Fisher's scoring: the information is the covariance of the draws' derivatives.
+    """
+    needed = {name: evidence.suspects[name] for name in scatter.spread}
+    blind = dataclasses.replace(without_knowledge(evidence), suspects=needed)
+    middle = scatter.logarithms()
+
+    def values(logarithms: Array) -> Array:
+        moved = scatter.moved(logarithms)
+        return np.asarray(blind.whiten(moved, draws).reduce().log_evidence)
+
+    steps = STEP * np.eye(len(middle))
+    slopes = np.array(
+        [(values(middle + step) - values(middle - step)) / (2 * STEP) for step in steps]
+    )
+    prior_slope, precision = scatter.prior_derivatives()
+    information = np.atleast_2d(np.cov(slopes)) + np.diag(precision)
+    moves = np.linalg.solve(information, slopes + prior_slope[:, None])
+    moves = np.clip(moves, -FARTHEST, FARTHEST)
+    return [scatter.moved(middle + move) for move in moves.T]

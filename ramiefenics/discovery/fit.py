@@ -1,0 +1,160 @@
+"""What the data say of factors and amplitudes where certain effects are there."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import chi2
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit_scatter import UNKNOWN
+from ramiefenics.discovery.scatter import Scatter
+
+SAMPLES = 20000
+"""Of amplitudes, to find intervals within bounds."""
+
+LEVEL = 0.95
+"""Of intervals."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A set of effects, fitted.
+
+    Attributes
+    ----------
+    evidence
+        Of the curves.
+    chosen
+        Names of the effects.
+    scatter
+        Standard deviations.
+    """
+
+    evidence: Evidence
+    chosen: tuple[str, ...]
+    scatter: Scatter
+
+    @cached_property
+    def _which(self) -> list[int]:
+        return [self.evidence.names.index(name) for name in self.chosen]
+
+    @cached_property
+    def _deviations(self) -> tuple[Array, Array]:
+        return self.evidence.whiten(self.scatter).deviations(self._which)
+
+    @property
+    def _factors(self) -> int:
+        return self.evidence.by_factors.shape[1]
+
+    @cached_property
+    def samples(self) -> Array:
+        """Random amplitudes given the data, within their bounds, shape (s, chosen).
+
+        Student's distribution, with one degree of freedom less than there are specimens: they are
+        what the standard deviations are estimated from.
+        """
+        number, scale = len(self.chosen), self.evidence.scale[self._which]
+        mean, covariance = (part[-number:] for part in self._deviations)
+        rng = np.random.default_rng(0)
+        freedom = max(len(self.evidence.whole) - 1, 2)
+        root = np.linalg.cholesky(covariance[:, -number:])
+        wider = np.sqrt(freedom / rng.chisquare(freedom, SAMPLES))
+        drawn = mean + wider[:, None] * (rng.standard_normal((SAMPLES, number)) @ root.T)
+        low, high = self.evidence.bounds[self._which].T
+        inside = ((drawn >= low) & (drawn <= high)).all(axis=1)
+        if inside.sum() < SAMPLES / 1000:  # the data ask for what is beyond the bounds
+            return np.clip(mean, low, high)[None] * scale
+        return np.asarray(drawn[inside] * scale)
+
+    @property
+    def amplitudes(self) -> dict[str, float]:
+        """The expected ones."""
+        if not self.chosen:
+            return {}
+        return dict(zip(self.chosen, map(float, self.samples.mean(axis=0)), strict=True))
+
+    def sd(self, name: str) -> float:
+        """Return the standard deviation of an amplitude."""
+        return float(self.samples[:, self.chosen.index(name)].std())
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of an amplitude."""
+        values = self.samples[:, self.chosen.index(name)]
+        low, high = np.quantile(values, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+        return float(low), float(high)
+
+    @cached_property
+    def common_log_factors(self) -> Array:
+        """Log factors that specimens share, shape (k,)."""
+        return self.evidence.factor_sd * self._deviations[0][: self._factors]
+
+    @cached_property
+    def log_factors(self) -> Array:
+        """Log factors of every specimen, shape (n, k)."""
+        return self.common_log_factors + self._own_log_factors(self._without_shared())
+
+    def _columns(self) -> Array:
+        """Return what specimens share, for deviations of unit prior, shape (r, c, m)."""
+        evidence = self.evidence
+        parts = (evidence.factor_sd * evidence.by_factors, evidence.nuisance)
+        return np.concatenate([*parts, evidence.signatures[:, self._which]], axis=1)
+
+    def _without_shared(self) -> Array:
+        """Return the residual less all that specimens share, shape (r, m)."""
+        shared = np.einsum("rcm,c->rm", self._columns(), self._deviations[0])
+        return np.asarray(self.evidence.residual - shared)
+
+    def _own_log_factors(self, errors: Array) -> Array:
+        """Return the expected own log factors, shape (n, k), given errors, shape (r, m)."""
+        blocks = self.evidence.blocks
+        own = blocks.stack(self.evidence.by_factors)
+        covariance = self.evidence.covariance(self.scatter)
+        weights = np.linalg.solve(covariance, blocks.stack(errors[:, None]))
+        squares = np.array(self.scatter.own) ** 2
+        return np.asarray(squares * np.einsum("nbk,nbc->nk", own, weights))
+
+    def _by_own(self, log_factors: Array) -> Array:
+        """Return what specimens' log factors, shape (n, k), make of their curves, (r, m)."""
+        each = log_factors[self.evidence.blocks.specimen]
+        return np.asarray(np.einsum("rkm,rk->rm", self.evidence.by_factors, each))
+
+    def remaining(self) -> tuple[Array, Array]:
+        """Return what factors, every specimen's own ones, and effects leave, shape (r, m).
+
+        Also what of that is put down to the simulator.
+        """
+        k, number = self._factors, len(self.chosen)
+        expected = self._deviations[0]
+        nuisance = expected[k : len(expected) - number]
+        simulator = np.einsum("rqm,q->rm", self.evidence.nuisance, nuisance)
+        left = self._without_shared() - self._by_own(self._own_log_factors(self._without_shared()))
+        return left + simulator, simulator
+
+    def left_out(self) -> Array:
+        """Return what a fit to all other specimens leaves of each, shape (r, m)."""
+        expected = self.evidence.whiten(self.scatter).left_out(self._which)
+        each = expected[self.evidence.blocks.specimen]
+        return self.evidence.residual - np.einsum("rcm,rc->rm", self._columns(), each)
+
+    def left_out_shape(self) -> Array:
+        """Return the same where each specimen's own factors are fitted to its own curves."""
+        errors = self.left_out()
+        return errors - self._by_own(self._own_log_factors(errors))
+
+    def conflict(self) -> float:
+        """Return the probability of common log factors as far from what was known of them.
+
+        They are estimated as if nothing were known of them; their distance has a chi-square
+        distribution (Evans and Moshonov 2006, section 4).
+        """
+        blind = dataclasses.replace(self.evidence, factor_sd=10.0 * UNKNOWN)
+        mean, covariance = blind.whiten(self.scatter).deviations(self._which)
+        k = self._factors
+        found = blind.factor_sd * mean[:k]
+        spread = blind.factor_sd**2 * covariance[:k, :k] + self.evidence.factor_sd**2 * np.eye(k)
+        return float(chi2.sf(found @ np.linalg.solve(spread, found), k))

@@ -1,0 +1,89 @@
+"""The standard deviations that make the data most probable."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.scatter import Scatter
+
+UNKNOWN = 1.0
+"""Standard deviation of a log factor of which next to nothing is known."""
+
+WIDEST = 4.0
+"""Standard deviations by which logarithms may leave what is known beforehand."""
+
+
+def fit_scatter(
+    evidence: Evidence, effects: Sequence[str] = (), start: Scatter | None = None
+) -> Scatter:
+    """Return the most probable standard deviations where there are certain effects.
+
+    The common factors count as unknown (restricted maximum likelihood: Patterson and Thompson
+    1971): else, where they contradict what was known of them, the specimens' own factors would
+    take up the rest, as if they differed by more than they do.
+    """
+    suspects = evidence.suspects
+    differ = tuple(name for name in effects if suspects[name].effect.per_specimen)
+    typical = Scatter.typical(evidence.by_factors.shape[1], differ)
+    blind = without_knowledge(evidence)
+
+    def loss(logarithms: Array) -> tuple[float, Array]:
+        value, slope = log_evidence_slope(blind, effects, typical.moved(logarithms))
+        return -value, -slope
+
+    middle = typical.logarithms()
+    first = middle.copy()
+    if start is not None:
+        same = len(start.own) + 3
+        first[:same] = start.logarithms()[:same]
+    found = minimize(
+        loss,
+        first,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(value - WIDEST, value + WIDEST) for value in middle],
+        options={"maxiter": 60, "ftol": 1e-7},
+    )
+    return typical.moved(found.x)
+
+
+def without_knowledge(evidence: Evidence) -> Evidence:
+    """Return the evidence where next to nothing is known of the common factors."""
+    return dataclasses.replace(evidence, factor_sd=max(evidence.factor_sd, UNKNOWN))
+
+
+def log_evidence(evidence: Evidence, effects: Sequence[str], scatter: Scatter) -> float:
+    """Return the logarithm of the evidence of certain effects, and of `Scatter.log_prior`.
+
+    Bounds of amplitudes do not count.
+    """
+    return log_evidence_slope(evidence, effects, scatter)[0]
+
+
+def log_evidence_slope(
+    evidence: Evidence, effects: Sequence[str], scatter: Scatter
+) -> tuple[float, Array]:
+    """Return the same with its derivatives by `Scatter.logarithms`.
+
+    Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, Eq. 5.9, where only the
+    covariance of what specimens do not share changes.
+    """
+    columns = evidence.shared_columns([evidence.names.index(name) for name in effects])
+    covariance = evidence.covariance(scatter)
+    inverse, data = np.linalg.inv(covariance), evidence.data[..., 0]
+    weighted = inverse @ columns
+    gram = np.eye(columns.shape[2]) + np.einsum("nbi,nbj->ij", columns, weighted)
+    expected = np.linalg.solve(gram, np.einsum("nbi,nb->i", weighted, data))
+    residual = np.einsum("nbc,nc->nb", inverse, data) - weighted @ expected
+    volume = np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(gram)[1]
+    value = -0.5 * float((residual * data).sum() + volume) + scatter.log_prior()
+    shared = weighted @ np.linalg.inv(gram) @ weighted.transpose(0, 2, 1)
+    by_covariance = 0.5 * (residual[:, :, None] * residual[:, None, :] - inverse + shared)
+    slope = np.einsum("nbc,pnbc->p", by_covariance, evidence.covariance_slopes(scatter))
+    return value, slope + scatter.prior_derivatives()[0]

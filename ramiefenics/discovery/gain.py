@@ -1,0 +1,112 @@
+"""How much better specimens are predicted that a fit has not seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array, Integers
+from ramiefenics.discovery.observed import Observed
+
+DRAWS = 2000
+"""Random choices of specimens."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How much better specimens are predicted that the fit has not seen.
+
+    Attributes
+    ----------
+    before_N, after_N, plain_N
+        Errors of the predicted curves without and with the effects, and of the mean curve of the
+        other specimens, each specimen left out in turn, shape (r, m).
+    interval
+        Of `ratio`, 95 %, by paired bootstrap: specimens are drawn, not points.
+    """
+
+    before_N: Array
+    after_N: Array
+    plain_N: Array
+    interval: tuple[float, float]
+
+    @property
+    def rmse_before_N(self) -> float:
+        """Root mean square error without the effects."""
+        return float(np.sqrt((self.before_N**2).mean()))
+
+    @property
+    def rmse_after_N(self) -> float:
+        """Root mean square error with the effects."""
+        return float(np.sqrt((self.after_N**2).mean()))
+
+    @property
+    def rmse_plain_N(self) -> float:
+        """Root mean square error of the other specimens' mean curve."""
+        return float(np.sqrt((self.plain_N**2).mean()))
+
+    @property
+    def ratio(self) -> float:
+        """Error with the effects over that without; below 1 is better."""
+        return self.rmse_after_N / self.rmse_before_N
+
+    @property
+    def shown(self) -> bool:
+        """Whether predictions are better by more than chance: all of the interval is below 1."""
+        return self.interval[1] < 1.0
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what a summary has of it."""
+        return {
+            "rmse_before": self.rmse_before_N,
+            "rmse_after": self.rmse_after_N,
+            "rmse_plain": self.rmse_plain_N,
+            "ratio": self.ratio,
+            "interval": self.interval,
+            "shown": self.shown,
+        }
+
+
+def measure_gain(
+    before_N: Array, after_N: Array, plain_N: Array, specimen: Integers, rng: np.random.Generator
+) -> Gain:
+    """Return the gain.
+
+    Parameters
+    ----------
+    before_N, after_N, plain_N
+        Errors of left-out predictions, shape (r, m).
+    specimen
+        Of each curve, shape (r,).
+    rng
+        Random numbers.
+    """
+    names, of = np.unique(specimen, return_inverse=True)
+    before, after = (np.bincount(of, (errors**2).mean(axis=1)) for errors in (before_N, after_N))
+    picked = rng.integers(0, len(names), (DRAWS, len(names)))
+    ratios = np.sqrt(after[picked].mean(axis=1) / before[picked].mean(axis=1))
+    low, high = np.quantile(ratios, (0.025, 0.975))
+    return Gain(before_N, after_N, plain_N, (float(low), float(high)))
+
+
+def plain_errors(observed: Observed, scaled: bool) -> Array:
+    """Return what the mean curve of all other specimens misses, N, shape (r, m).
+
+    Parameters
+    ----------
+    observed
+        Measured curves; a specimen's first is compared with the first of others, and so on.
+    scaled
+        Whether the mean curve is fitted to each by a factor.
+    """
+    blocks, errors = observed.blocks, np.empty_like(observed.force_N)
+    for row, (at, force) in enumerate(zip(observed.at_mm, observed.force_N, strict=True)):
+        alike = blocks.place == blocks.place[row]
+        others = np.flatnonzero(alike & (blocks.specimen != blocks.specimen[row]))
+        curves = [np.interp(at, observed.at_mm[o], observed.force_N[o]) for o in others]
+        mean = np.mean(curves, axis=0) if curves else np.zeros_like(force)
+        factor = (mean @ force) / (mean @ mean) if scaled and mean.any() else 1.0
+        errors[row] = force - factor * mean
+    return errors

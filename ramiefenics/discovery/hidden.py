@@ -1,0 +1,112 @@
+"""What could be there and not show: how large every suspect may be, and what imitates it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit import Fit
+
+FLAT = 1e-2
+"""Precision of the amplitude beforehand, over that of `Evidence.scale`: next to
+nothing is known of it."""
+
+QUANTILE = 1.96
+"""Of the normal distribution, for 95 %."""
+
+IMITATES = 0.3
+"""Correlation from which on something is said to imitate an effect."""
+
+SIMULATOR = "mesh and simulator"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How large an effect may be.
+
+    Attributes
+    ----------
+    low, high
+        Amplitudes that the data do not exclude, 95 %.
+    share
+        Largest change of the curves by one of these, root mean square over the curves, over the
+        peak force.
+    imitated_by
+        Names of factors and other effects that take the place of it, the most important first.
+    """
+
+    low: float
+    high: float
+    share: float
+    imitated_by: tuple[str, ...]
+
+
+def limits(fit: Fit, factors: Sequence[str]) -> dict[str, Limit]:
+    """Return how large each suspect may be, beside the effects that are fitted.
+
+    Parameters
+    ----------
+    fit
+        Of all effects that are there.
+    factors
+        Names of the fitted factors.
+    """
+    evidence = fit.evidence
+    return {name: _limit(evidence, fit, name, factors) for name in evidence.names}
+
+
+def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> Limit:
+    others = [other for other in fit.chosen if other != name]
+    chosen = [evidence.names.index(other) for other in [*others, name]]
+    expected, covariance = evidence.whiten(fit.scatter).deviations(chosen)
+    # the prior of the amplitude is taken out of the last row and column
+    precision = np.linalg.inv(covariance)
+    onto = precision @ expected
+    precision[-1, -1] += FLAT - 1.0
+    covariance = np.linalg.inv(precision)
+    expected = covariance @ onto
+    index = evidence.names.index(name)
+    scale, (least, most) = evidence.scale[index], evidence.suspects[name].effect.bounds
+    half = QUANTILE * float(np.sqrt(covariance[-1, -1])) * scale
+    middle = float(expected[-1]) * scale
+    low, high = (float(np.clip(middle + side * half, least, most)) for side in (-1.0, 1.0))
+    change = np.sqrt((evidence.suspects[name].signature ** 2).mean(axis=0)).max()
+    share = float(max(abs(low), abs(high)) * change)
+    return Limit(low, high, share, _imitators(covariance, [*factors], others))
+
+
+def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tuple[str, ...]:
+    """Return what is correlated with the last variable."""
+    sd = np.sqrt(np.diag(covariance))
+    correlation = np.abs(covariance[-1] / sd / sd[-1])[:-1]
+    simulator = correlation[len(factors) : len(correlation) - len(effects)]
+    named: Mapping[str, float] = {
+        **dict(zip(factors, correlation, strict=False)),
+        **dict(zip(effects, correlation[len(correlation) - len(effects) :], strict=True)),
+        SIMULATOR: float(np.sqrt((simulator**2).sum())),
+    }
+    order = sorted(named, key=lambda name: -named[name])
+    return tuple(name for name in order if named[name] > IMITATES)
+
+
+def cosines(fit: Fit) -> dict[tuple[str, str], float]:
+    """Return how alike signatures are where factors and simulator have taken what they can.
+
+    The cosine of each pair, by the inverse covariance: 1 or -1 where the data cannot tell them
+    apart.
+    """
+    evidence = fit.evidence
+    gram = evidence.whiten(fit.scatter).reduce().gram
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    alike = gram / size / size[:, None]
+    names = evidence.names
+    return {
+        (a, b): float(alike[i, j])
+        for i, a in enumerate(names)
+        for j, b in enumerate(names)
+        if i < j
+    }

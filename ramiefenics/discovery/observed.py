@@ -1,0 +1,103 @@
+"""Measured curves, reduced to few points, and predicted ones read in the same way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import Akima1DInterpolator
+
+from ramiefenics.discovery.blocks import Array, Blocks
+from ramiefenics.measured import Dataset
+from ramiefenics.measured.noise import level
+from ramiefenics.specification import BendingTest, SpecificationError
+
+POINTS_OF_A_LINE = 21
+"""On predicted curves, around every displacement."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Measured curves, reduced.
+
+    Attributes
+    ----------
+    at_mm
+        Displacements of each of r curves, shape (r, m).
+    force_N
+        Shape (r, m).
+    peak_N
+        Largest measured force of each, to which its noise refers, shape (r,).
+    blocks
+        Which curves are of the same specimen.
+    """
+
+    at_mm: Array
+    force_N: Array
+    peak_N: Array
+    blocks: Blocks
+
+
+def observe(dataset: Dataset) -> Observed:
+    """Reduce measured curves: a straight line through the points around each displacement.
+
+    Raises
+    ------
+    SpecificationError
+        If a curve begins after the first displacement.
+    """
+    dataset.check_starts()
+    records = dataset.records
+    at = np.array([record.at_mm for record in records])
+    force = np.array(
+        [[level(r.curve, d, _half(own)) for d in own] for r, own in zip(records, at, strict=True)]
+    )
+    blocks = Blocks.of([record.specimen for record in records], at.shape[1])
+    return Observed(at, force, force.max(axis=1), blocks)
+
+
+def _half(at_mm: Array) -> float:
+    """Return how far around a displacement points of a curve count there, mm."""
+    return float(at_mm[1] - at_mm[0]) / 2.0
+
+
+def read(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
+    """Read the recorded force off a simulated curve as off a measured one, N, shape (m,).
+
+    A straight line is put through the points around each displacement: at a kink, such as the end
+    of a gap, that is not the curve's own value.
+    """
+    offsets = _half(at_mm) * np.linspace(-1.0, 1.0, POINTS_OF_A_LINE)
+    inside = at_mm[:, None] + offsets <= at_mm[-1] + 1e-9
+    number = inside.sum(axis=1, keepdims=True)
+    middle = (inside * offsets).sum(axis=1, keepdims=True) / number
+    around = inside * (offsets - middle)
+    weights = inside / number - middle * around / (around**2).sum(axis=1, keepdims=True)
+    points = np.minimum(at_mm[:, None] + offsets, at_mm[-1])
+    forces = recorded(test, curve, points.ravel()).reshape(points.shape)
+    return np.asarray((weights * forces).sum(axis=1))
+
+
+def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
+    """Return the recorded force at recorded displacements, N.
+
+    Raises
+    ------
+    SpecificationError
+        If the simulated curve ends before, or goes back: a soft machine unloads by more than the
+        indenter goes on.
+    """
+    travel, pressed = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
+    displacement, force = test.machine.recorded(travel, pressed)
+    if np.any(np.diff(displacement) <= 0.0):
+        names = ("compliance_mm_per_N", "bedding_compliance_mm_per_N")
+        worst = max(names, key=lambda name: getattr(test.machine, name))
+        allowed = "must be low enough for the recorded displacement to increase throughout"
+        raise SpecificationError(f"machine.{worst}", getattr(test.machine, worst), allowed)
+    if displacement[-1] < at_mm[-1] - 1e-9:
+        allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
+        raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)
+    inside = np.minimum(at_mm, displacement[-1])
+    found = Akima1DInterpolator(displacement, force)(inside)
+    return np.where(at_mm <= displacement[0], force[0], found)

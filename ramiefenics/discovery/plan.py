@@ -1,0 +1,198 @@
+"""What tests could show before they are made, and the one that tells most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.discovery.findings import with_space
+from ramiefenics.discovery.power import Design, Power, power, predicted_evidence, repeated
+from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.results.result import Picture, Result, Table
+from ramiefenics.runs import Runs, workers
+from ramiefenics.runs.curve import Mapper
+from ramiefenics.specification import BendingTest, override
+from ramiefenics.specification.files import to_dict, value_at
+
+SHARES = {"fixture.span_mm": 0.7, "fixture.indenter_radius_mm": 2.0}
+"""What other tests have by default, over what the standard test has."""
+
+ALIKE = 0.9
+"""Cosine from which on effects are mistaken for one another."""
+
+
+@dataclass(frozen=True, repr=False)
+class Plan(Result):
+    """What can be found, and by which tests.
+
+    Attributes
+    ----------
+    test
+        The standard test.
+    design
+        Stalks, and how well they are known.
+    effects
+        The suspects.
+    powers
+        By the settings of the other test that each stalk is given besides; the standard test alone
+        is first.
+    """
+
+    SUMMARY: ClassVar[str] = "plan.json"
+
+    test: BendingTest
+    design: Design
+    effects: Mapping[str, Effect]
+    powers: Mapping[str, Power]
+
+    @property
+    def alone(self) -> Power:
+        """That of the standard test alone."""
+        return next(iter(self.powers.values()))
+
+    @property
+    def next_experiment(self) -> str:
+        """The other test that tells most effects apart; the standard test if none helps."""
+        return max(self.powers, key=lambda name: self.powers[name].told_apart)
+
+    @property
+    def title(self) -> str:
+        """What is planned."""
+        return f"Plan: {self.design.stalks} stalks"
+
+    def findings(self) -> list[str]:
+        """Return what is told apart, by what."""
+        pairs = len(self.alone.smallest) * (len(self.alone.smallest) - 1) // 2
+        hidden = [name for name, size in self.alone.smallest.items() if not np.isfinite(size)]
+        told = [
+            f"The standard test alone tells {self.alone.told_apart} of {pairs} pairs of effects of "
+            "typical size apart."
+        ]
+        best = self.next_experiment
+        if self.powers[best] is not self.alone:
+            told.append(
+                f"A second test of each stalk with {best} makes that "
+                f"{self.powers[best].told_apart}: it tells most."
+            )
+        if hidden:
+            told.append(f"Alone it does not find, at any size: {', '.join(hidden)}.")
+        return told
+
+    def overview(self) -> pd.DataFrame:
+        """Return the smallest amplitudes that are found."""
+        rows = []
+        for name in self.alone.smallest:
+            effect = self.effects[name]
+            row = {"effect": name, "typical": f"{effect.typical:g}{with_space(effect.unit)}"}
+            row |= {what: _size(found.smallest[name]) for what, found in self.powers.items()}
+            rows.append(row | {"mistaken for": ", ".join(self.mistaken_for(name))})
+        return pd.DataFrame(rows)
+
+    def mistaken_for(self, name: str) -> list[str]:
+        """Return the effects with nearly the same signature in the standard test."""
+        names = list(self.alone.smallest)
+        row = np.abs(self.alone.cosines[names.index(name)])
+        return [n for n, c in zip(names, row, strict=True) if n != name and c > ALIKE]
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the amplitudes, and what they rest on."""
+        return {
+            "next_experiment": self.next_experiment,
+            "told_apart": {name: found.told_apart for name, found in self.powers.items()},
+            "smallest": {name: found.smallest for name, found in self.powers.items()},
+            "units": {name: self.effects[name].unit for name in self.alone.smallest},
+            "design": asdict(self.design),
+            "specification": to_dict(self.test),
+        }
+
+    def tables(self) -> dict[str, Table]:
+        """Return cosines of signatures, for each choice of tests."""
+        names = list(self.alone.smallest)
+        rows = [
+            {"tests": what, "effect": a, "other": b, "cosine": float(found.cosines[i, j])}
+            for what, found in self.powers.items()
+            for i, a in enumerate(names)
+            for j, b in enumerate(names)
+            if i < j
+        ]
+        return {"cosines": Table(pd.DataFrame(rows))}
+
+    def figures(self) -> dict[str, Picture]:
+        """Return smallest amplitudes, and what is mistaken for what."""
+        from ramiefenics.discovery import plan_figures as figures
+
+        return {
+            "smallest": Picture(
+                partial(figures.smallest_figure, self),
+                "Smallest amplitudes that are found in 95 % of data sets, over the typical ones.",
+            ),
+            "mistaken": Picture(
+                partial(figures.mistaken_figure, self),
+                "How alike signatures are, without what fitted factors, mesh and simulator can "
+                "imitate.",
+            ),
+        }
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return the standard test."""
+        return {"test": self.test}
+
+
+def plan(
+    test: BendingTest,
+    others: Sequence[Sequence[str]] | None = None,
+    design: Design | None = None,
+    effects: Mapping[str, Effect] = EFFECTS,
+    runs: Mapper | None = None,
+) -> Plan:
+    """Find out what tests could show.
+
+    Curves are simulated for one stalk, with every effect at its typical size, and repeated for as
+    many stalks as there are to be.
+
+    Parameters
+    ----------
+    test
+        The standard test.
+    others
+        Settings, ``key=value``, of each other test that stalks could be given besides; by default
+        a shorter span, and a blunter indenter.
+    design
+        Stalks, and how well they are known.
+    effects
+        Suspects.
+    runs
+        Does the simulations; on all cores, kept in the user's cache by default.
+
+    Raises
+    ------
+    SpecificationError
+        If a setting is refused, or a simulation does not reach the end of its travel.
+    """
+    if runs is None:
+        with workers() as pool:
+            return plan(test, others, design, effects, Runs(executor=pool))
+    design = Design() if design is None else design
+    given = _default_others(test) if others is None else others
+    tests = [test, *(override(test, settings) for settings in given)]
+    evidence = predicted_evidence(tests, effects, design.fit_sd, runs)
+    choices = {"alone": [0]} | {" ".join(o): [0, i] for i, o in enumerate(given, start=1)}
+    powers = {
+        name: power(repeated(evidence, which, design.stalks), design)
+        for name, which in choices.items()
+    }
+    return Plan(test, design, effects, powers)
+
+
+def _default_others(test: BendingTest) -> list[list[str]]:
+    values = {key: value_at(test, key) for key in SHARES}
+    return [[f"{k}={SHARES[k] * v:g}"] for k, v in values.items() if isinstance(v, float)]
+
+
+def _size(amplitude: float) -> str:
+    return f"{amplitude:.2g}" if np.isfinite(amplitude) else "not found"

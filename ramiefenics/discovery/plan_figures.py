@@ -1,0 +1,51 @@
+"""What a plan shows: smallest amplitudes, and what is mistaken for what."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from ramiefenics.discovery.plan import Plan
+from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
+
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY)
+MARKERS = "osD^v"
+LARGEST = 10.0
+"""Typical amplitudes beyond which nothing is drawn."""
+
+
+def smallest_figure(plan: Plan) -> Figure:
+    """Draw the smallest amplitudes that are found, for each choice of tests."""
+    names = list(plan.alone.smallest)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.5, 1.2 + 0.27 * len(names)), layout="constrained")
+        axes = figure.subplots()
+        for number, (what, found) in enumerate(plan.powers.items()):
+            shares = [abs(found.smallest[n] / plan.effects[n].typical) for n in names]
+            label = "standard test alone" if number == 0 else f"and with {what}"
+            colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+            axes.plot(
+                shares, range(len(names)), ls="", ms=6, color=colour, marker=marker, label=label
+            )
+        axes.axvline(1.0, color="k", lw=1.0, ls="--")
+        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+        axes.set_xscale("log")
+        axes.set_xlim(right=LARGEST)
+        axes.set_xlabel("Smallest amplitude that is found, over the typical one")
+        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.1), frameon=False)
+    return figure
+
+
+def mistaken_figure(plan: Plan) -> Figure:
+    """Draw the cosines of signatures in the standard test."""
+    names = [name.replace("_", " ") for name in plan.alone.smallest]
+    with mpl.rc_context(STYLE | {"axes.grid": False}):
+        size = 2.2 + 0.27 * len(names)
+        figure = Figure(figsize=(size + 0.8, size), layout="constrained")
+        axes = figure.subplots()
+        image = axes.imshow(np.abs(plan.alone.cosines), cmap="cividis", vmin=0.0, vmax=1.0)
+        axes.set_xticks(range(len(names)), names, rotation=90)
+        axes.set_yticks(range(len(names)), names)
+        figure.colorbar(image, label="Cosine of signatures, absolute", shrink=0.8)
+    return figure

@@ -1,0 +1,171 @@
+"""What tests that are yet to be made could show, by the curves that a simulation predicts."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array, Blocks
+from ramiefenics.discovery.causes import log_evidence_gains
+from ramiefenics.discovery.evidence import Evidence, Reduced, Suspect
+from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.fitting import linear_evidence
+from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.prediction import Model, Predictor
+from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE
+from ramiefenics.effects import Effect
+from ramiefenics.measured.record import POINTS
+from ramiefenics.runs.curve import Mapper
+from ramiefenics.specification import BendingTest
+from ramiefenics.specification.checks import check_integer, check_number
+
+POWER = 0.95
+"""Share of data sets in which an effect of the smallest size that counts as found is found."""
+
+DRAWS = 20000
+"""Random data sets behind each share."""
+
+BISECTIONS = 30
+"""Of the smallest amplitude that is found."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """How many stalks, and how well they are known and tested.
+
+    Attributes
+    ----------
+    stalks
+        Their number.
+    fit_sd
+        How well the batch's moduli are known, standard deviation of their logarithms.
+    own
+        What stalks differ by, the same.
+    noise, drift
+        Of the curves, over their peak, see `Scatter`.
+    """
+
+    stalks: int = 8
+    fit_sd: float = 0.3
+    own: float = 0.05
+    noise: float = 0.01
+    drift: float = 0.004
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        check_integer(self, "stalks", at_least=2)
+        for name in ("fit_sd", "own", "noise"):
+            check_number(self, name, above=0.0)
+        check_number(self, "drift", at_least=0.0)
+
+
+def predicted_evidence(
+    tests: Sequence[BendingTest], effects: Mapping[str, Effect], fit_sd: float, runs: Mapper
+) -> Evidence:
+    """Return the evidence that tests of one stalk would give if the baseline were right.
+
+    Effects that have no meaning for these tests are not among its suspects.
+
+    Raises
+    ------
+    SpecificationError
+        If a simulation does not reach the end of its travel.
+    """
+    shares = (np.arange(POINTS) + 1.0) / POINTS
+    at = np.array([shares * test.protocol.travel_mm for test in tests])
+    blocks = Blocks.of(["stalk"] * len(tests), POINTS)
+    nothing = Observed(at, np.zeros_like(at), np.ones(len(tests)), blocks)
+    used = factors(tests[0])
+    curves = Predictor(tests, nothing, runs).linearise(
+        Model(used, np.zeros((1, len(used)))), effects
+    )
+    observed = Observed(at, curves.force, curves.force.max(axis=1), blocks)
+    return linear_evidence(curves, observed, effects, fit_sd)
+
+
+def repeated(evidence: Evidence, which: Sequence[int], stalks: int) -> Evidence:
+    """Return the evidence of so many stalks alike, each under some of the tests."""
+
+    def rows(values: Array) -> Array:
+        return np.concatenate([values[list(which)]] * stalks)
+
+    names = [str(stalk) for stalk in range(stalks) for _ in which]
+    suspects = {n: Suspect(s.effect, rows(s.signature)) for n, s in evidence.suspects.items()}
+    return dataclasses.replace(
+        evidence,
+        residual=rows(evidence.residual),
+        by_factors=rows(evidence.by_factors),
+        nuisance=rows(evidence.nuisance),
+        blocks=Blocks.of(names, evidence.blocks.points),
+        suspects=suspects,
+    )
+
+
+@dataclass(frozen=True)
+class Power:
+    """What a number of stalks shows under certain tests.
+
+    Attributes
+    ----------
+    smallest
+        By effect, the smallest amplitude that is found in 95 % of data sets, in the direction of
+        the typical one; infinite if even the bound is not.
+    cosines
+        Of signatures by the inverse covariance, in the order of `smallest`, shape (p, p).
+    apart
+        Log-evidence by which an effect of typical size is expected to beat another one that
+        imitates it, shape (p, p).
+    """
+
+    smallest: dict[str, float]
+    cosines: Array
+    apart: Array
+
+    @property
+    def told_apart(self) -> int:
+        """Pairs of effects of typical size that are told apart, by odds of 20."""
+        both = np.minimum(self.apart, self.apart.T)
+        return int((both[np.triu_indices(len(both), 1)] >= ENOUGH).sum())
+
+
+def power(evidence: Evidence, design: Design) -> Power:
+    """Return what the evidence shows of its suspects, given how stalks and curves scatter."""
+    number = evidence.by_factors.shape[1]
+    scatter = Scatter((design.own,) * number, design.noise, Scatter.typical(1).length, design.drift)
+    gram = evidence.whiten(scatter).reduce().gram
+    typical = [s.effect.typical for s in evidence.suspects.values()] / evidence.scale
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    cosines = gram / size / size[:, None]
+    apart = 0.5 * (typical * size)[:, None] ** 2 * (1.0 - cosines**2)
+    found = _smallest(gram, evidence.bounds, np.sign(typical)) * evidence.scale
+    return Power(dict(zip(evidence.names, map(float, found), strict=True)), cosines, apart)
+
+
+def _smallest(gram: Array, bounds: Array, directions: Array) -> Array:
+    """Return the smallest amplitudes that are found, over `Evidence.scale`, shape (p,)."""
+    rng = np.random.default_rng(0)
+    singles = [(index,) for index in range(len(gram))]
+    values, vectors = np.linalg.eigh(gram)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    noise = root @ rng.standard_normal((len(gram), DRAWS))
+
+    def gains(signal: Array) -> Array:
+        drawn = Reduced(gram, signal[:, None] + noise, np.zeros(DRAWS))
+        return np.asarray(log_evidence_gains(drawn, bounds, singles).max(axis=0))
+
+    critical = np.quantile(gains(np.zeros(len(gram))), 1.0 - SIGNIFICANCE)
+    found = np.full(len(gram), np.inf)
+    for index, direction in enumerate(directions):
+        low, high = 0.0, float(np.abs(bounds[index, 1 if direction > 0 else 0]))
+        if (gains(direction * high * gram[:, index]) > critical).mean() < POWER:
+            continue
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2.0
+            seen = (gains(direction * middle * gram[:, index]) > critical).mean() >= POWER
+            low, high = (low, middle) if seen else (middle, high)
+        found[index] = direction * high
+    return found

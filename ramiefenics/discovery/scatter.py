@@ -1,0 +1,67 @@
+"""How specimens differ and curves are noisy: standard deviations, and what is known of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array
+
+OWN, NOISE, LENGTH, DRIFT, SPREAD = (0.05, 1.2), (0.01, 1.0), (0.06, 0.8), (0.004, 1.0), (0.3, 0.7)
+"""Median, and standard deviation of the logarithm, of what is known beforehand of `Scatter.own`,
+`noise`, `length`, `drift` and `spread`."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Standard deviations and a length of correlation.
+
+    Attributes
+    ----------
+    own
+        Of a specimen's own log factors, one for each factor.
+    noise
+        Of the noise, over the peak force; typical of the curves, see `Evidence`.
+    length
+        Over which noise is correlated, as a share of the range.
+    drift
+        Of what is smooth and a curve's own, over the peak force.
+    spread
+        By effect, of what its amplitude differs by between specimens, over the typical amplitude.
+    """
+
+    own: tuple[float, ...]
+    noise: float
+    length: float
+    drift: float
+    spread: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def typical(cls, factors: int, effects: tuple[str, ...] = ()) -> Scatter:
+        """Return the medians."""
+        spread = dict.fromkeys(effects, SPREAD[0])
+        return cls((OWN[0],) * factors, NOISE[0], LENGTH[0], DRIFT[0], spread)
+
+    def logarithms(self) -> Array:
+        """Return the logarithms of all, in the order of the attributes."""
+        return np.log([*self.own, self.noise, self.length, self.drift, *self.spread.values()])
+
+    def moved(self, logarithms: Array) -> Scatter:
+        """Return others of the same kinds."""
+        values = [float(value) for value in np.exp(logarithms)]
+        number = len(self.own)
+        noise, length, drift, *spread = values[number:]
+        names = dict(zip(self.spread, spread, strict=True))
+        return Scatter(tuple(values[:number]), noise, length, drift, names)
+
+    def log_prior(self) -> float:
+        """Return the logarithm of how probable they are beforehand, but for a constant."""
+        slope, precision = self.prior_derivatives()
+        return float(-0.5 * (slope**2 / precision).sum())
+
+    def prior_derivatives(self) -> tuple[Array, Array]:
+        """Return that logarithm's first derivatives by `logarithms`, and less the second ones."""
+        known = [OWN] * len(self.own) + [NOISE, LENGTH, DRIFT] + [SPREAD] * len(self.spread)
+        median, sd = np.array(known).T
+        return -(self.logarithms() - np.log(median)) / sd**2, 1.0 / sd**2

@@ -1,0 +1,101 @@
+"""What tests could show: of stalks whose force is a closed formula, and of random curves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from folders import check_folder, check_print
+from formula import Formula
+from typer.testing import CliRunner
+
+import ramiefenics as rf
+from ramiefenics.cli import app
+from ramiefenics.discovery.chance import chance_of_effect
+from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.power import Design, power, predicted_evidence, repeated
+from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.discovery.verdict import SIGNIFICANCE
+
+NAMES = ("seating_gap", "machine_compliance", "span_error", "fixture_radius", "load_scale")
+EFFECTS = {name: rf.EFFECTS[name] for name in NAMES}
+
+
+@pytest.fixture(scope="module")
+def plan() -> rf.Plan:
+    return rf.plan(rf.published_test("table3"), None, Design(), EFFECTS, Formula())
+
+
+def test_a_second_span_finds_a_smaller_error_of_the_span(plan: rf.Plan) -> None:
+    alone, shorter = plan.powers["alone"], plan.powers["fixture.span_mm=70"]
+    assert shorter.smallest["span_error"] < 0.5 * alone.smallest["span_error"]
+    # a scale of all forces is what other moduli make, on any span
+    assert alone.smallest["load_scale"] > 0.2
+    assert shorter.smallest["load_scale"] > 0.2
+    assert plan.next_experiment in plan.powers
+    assert plan.powers[plan.next_experiment].told_apart >= alone.told_apart
+
+
+def test_a_plan_is_written_and_printed(plan: rf.Plan, tmp_path: Path) -> None:
+    rf.write_folder(plan, tmp_path / "plan")
+    numbers, _ = check_folder(tmp_path / "plan", "plan.json")
+    assert set(numbers["smallest"]["alone"]) == set(NAMES)
+    assert numbers["units"]["seating_gap"] == "mm"
+    check_print(plan, "tells", "seating_gap")
+
+
+def test_what_more_stalks_and_better_moduli_do(plan: rf.Plan) -> None:
+    """Noise alone falls with the square root of the number of stalks, not faster."""
+    few = plan.alone.smallest
+    more = rf.plan(plan.test, [], Design(stalks=32), EFFECTS, Formula()).alone.smallest
+    known = rf.plan(plan.test, [], Design(fit_sd=0.02), EFFECTS, Formula()).alone.smallest
+    assert not np.isfinite(few["load_scale"])  # within its bounds, other moduli make the same
+    for name in ("seating_gap", "machine_compliance"):
+        assert 0.49 * few[name] < more[name] <= few[name]
+        assert known[name] <= few[name]
+    assert known["load_scale"] < 0.1
+
+
+def test_effects_without_meaning_are_left_out() -> None:
+    solid = rf.override(rf.published_test("table3"), ["stalk.void_diameter_mm=0"])
+    names = ("seating_gap", "eccentric_void")
+    found = rf.plan(solid, [], Design(), {n: rf.EFFECTS[n] for n in names}, Formula())
+    assert list(found.alone.smallest) == ["seating_gap"]
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--stalks", "1"], "stalks = 1 must be"),
+        (["--noise", "0"], "noise = 0.0 must be a number above 0"),
+        (["--also", "fixture.spam_mm=70"], "spam_mm"),
+        (["--suspect", "gap"], "gap"),
+    ],
+)
+def test_bad_plans_are_refused(options: list[str], told: str, tmp_path: Path) -> None:
+    out = tmp_path / "plan"
+    done = CliRunner().invoke(app, ["plan", "table3", "--out", str(out), *options])
+    assert isinstance(done.exception, rf.SpecificationError)
+    assert told in str(done.exception)
+    assert not out.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["seating_gap", "machine_compliance", "span_error"])
+def test_the_promised_power_is_kept(name: str) -> None:
+    """Of 40 data sets with the smallest effect that is found in 95 %, by binomial chance 33."""
+    design = Design(stalks=8, fit_sd=0.1)
+    one = predicted_evidence([rf.published_test("table3")], EFFECTS, design.fit_sd, Formula())
+    evidence = repeated(one, [0], design.stalks)
+    amplitude = power(evidence, design).smallest[name]
+    true = Scatter((design.own,) * 4, design.noise, Scatter.typical(1).length, design.drift)
+    found = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        drawn = evidence.blocks.curves(evidence.draw(true, 1, rng))[:, 0]
+        residual = drawn + amplitude * evidence.suspects[name].signature
+        measured = replace(evidence, residual=residual)
+        found += chance_of_effect(measured, fit_scatter(measured), rng) < SIGNIFICANCE
+    assert found >= 33
