@@ -102,6 +102,7 @@ def test_two_names_of_one_thing_are_not_told_apart(tmp_path: Path) -> None:
     found = discover_among(tmp_path, GAP, COMPLIANCE, MOUNTING)
     assert found.verdict == "ambiguous"
     assert set(found.causes) == {COMPLIANCE.name, MOUNTING.name}
+    assert found.next_experiment == "alone"  # nothing tells a thing from itself
 
 
 def test_what_no_suspect_explains_is_unknown(tmp_path: Path) -> None:

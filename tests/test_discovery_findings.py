@@ -32,6 +32,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "reasons": {},
         "limits": {},
         "broken": (),
+        "next_experiment": "",
         "factor_moves": moves or {"xylem.axial": 0.5, "phloem.axial": -1.0},
         "dataset": SimpleNamespace(layout=SimpleNamespace(fit_sd=0.1)),
     }
@@ -89,6 +90,12 @@ def test_factors_that_went_far_are_told_with_any_verdict(verdict):
     assert "xylem" not in told
     assert "imitate" in told
     assert not any("imitate" in text for text in findings(found(verdict)))
+
+
+def test_what_is_open_comes_with_the_next_experiment():
+    told = findings(found("ambiguous", next_experiment="fixture.span_mm=70"))[1]
+    assert "a second test of each specimen with fixture.span_mm=70" in told
+    assert "No second test" in findings(found("conflict", next_experiment="alone"))[1]
 
 
 def test_a_conflict_blames_nothing_in_particular():

@@ -24,7 +24,13 @@ MOST = 4
 
 def findings(found: Discovery) -> list[str]:
     """Return sentences, the verdict's first."""
-    return [_verdict(found), *_broken(found), *_factors(found), *_hidden(found)]
+    return [
+        _verdict(found),
+        *_next(found),
+        *_broken(found),
+        *_factors(found),
+        *_hidden(found),
+    ]
 
 
 def _verdict(found: Discovery) -> str:
@@ -120,6 +126,18 @@ def _unshown(curves: Gain, shapes: Gain) -> str:
         return ""
     only = "; only that of their shapes is" if shapes.shown else ""
     return f", but a better prediction of specimens left out is not shown{only}"
+
+
+def _next(found: Discovery) -> list[str]:
+    """Return what to test next."""
+    if not found.next_experiment:
+        return []
+    if found.next_experiment == "alone":
+        return ["No second test of those tried would tell these apart; see ramiefenics plan."]
+    return [
+        f"What would tell most: a second test of each specimen with {found.next_experiment}, see "
+        "ramiefenics plan."
+    ]
 
 
 def _broken(found: Discovery) -> list[str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+import logging
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +14,22 @@ from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fitting import MODEL_ERROR, Fitted, Fitter
 from ramiefenics.discovery.gain import Gain, measure_gain, plain_errors
-from ramiefenics.discovery.hidden import cosines, limits
+from ramiefenics.discovery.hidden import Limit, cosines, limits
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery, Effort
+from ramiefenics.discovery.plan import plan
+from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.prediction import Linearised, Predictor, smooth
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
-from ramiefenics.specification import MeshRecipe, mesh_recipe
+from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
 from ramiefenics.surrogate import LearnedCurves
+
+log = logging.getLogger(__name__)
 
 INVISIBLE = 2.0
 """A suspect whose largest amplitude makes less of a difference, in standard deviations, cannot be
@@ -32,6 +37,10 @@ tested with these data."""
 
 MISFIT = 10.0
 """Times the simulator's own error: what is missing where something unknown is."""
+
+MOST_OPEN = 4
+"""Suspects, those that may be largest, between which the next experiment is to decide where
+factors are in conflict with what was stated of them."""
 
 FREE = 3.0
 """Typical amplitudes that the effects found may be off by where it is asked what they leave."""
@@ -158,6 +167,36 @@ class _Inquiry:
             groups.append(group)
         return tuple(groups)
 
+    def _next_experiment(
+        self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]
+    ) -> str:
+        """Return the settings of the second test that tells most of what is left open apart."""
+        if verdict == "ambiguous":
+            names = [name for group in groups if len(group) > 1 for name in group]
+        elif verdict == "conflict":
+            names = sorted(told, key=lambda name: -told[name].share)[:MOST_OPEN]
+        else:
+            return ""
+        layout, (_, travel) = self._dataset.layout, self._dataset.range_mm
+        scatter = fit.scatter
+        design = Design(
+            max(len(fit.evidence.whole), 2),
+            layout.fit_sd,
+            float(np.mean(scatter.own)),
+            scatter.noise,
+            scatter.drift,
+        )
+        test = on_mesh(self._dataset.baseline, self._dataset.records[0].test.numerics.mesh)
+        protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
+        self._stage("planning the next experiment", 3 * (1 + len(names)))
+        effects = {name: self._effects[name] for name in names}
+        try:
+            test = dataclasses.replace(test, protocol=protocol)
+            return plan(test, None, design, effects, self._runs).next_experiment
+        except SpecificationError as error:
+            log.info("no experiment is planned: %s", error)
+            return ""
+
     def _gains(self, before: Fit, after: Fit) -> list[Gain]:
         """Return the gains of curves and of shapes, of specimens that are not broken."""
         blocks, peaks = self._observed.blocks, self._observed.peak_N[:, None]
@@ -191,12 +230,13 @@ class _Inquiry:
         groups = () if extended is None else self._believed(last, causes)
         conflict = last.conflict()
         gain, shape = (None, None) if extended is None else self._gains(baseline.fit, last)
-        factors = [factor.name for factor in baseline.curves.model.factors]
+        told = limits(last, [factor.name for factor in baseline.curves.model.factors])
+        verdict = decide(p_value, left, conflict, groups)
         return Discovery(
             dataset=self._dataset,
             observed=self._observed,
             effects=self._effects,
-            verdict=decide(p_value, left, conflict, groups),
+            verdict=verdict,
             groups=groups,
             p_value=p_value,
             baseline_misfit_p_value=before,
@@ -206,7 +246,8 @@ class _Inquiry:
             reasons=self._reasons,
             baseline=baseline,
             extended=extended,
-            limits=limits(last, factors),
+            limits=told,
+            next_experiment=self._next_experiment(verdict, groups, last, told),
             alike=cosines(last),
             gain=gain,
             shape_gain=shape,

@@ -90,6 +90,9 @@ class Discovery(Result):
         was suspected.
     limits
         How large each suspect may be.
+    next_experiment
+        Settings of a second test of each specimen that would tell most of what is left open apart,
+        ``alone`` if none of those tried would; empty where nothing is open.
     alike
         Cosines of pairs of signatures, without what factors and simulator can imitate.
     gain, shape_gain
@@ -116,6 +119,7 @@ class Discovery(Result):
     baseline: Fitted
     extended: Fitted | None
     limits: Mapping[str, Limit]
+    next_experiment: str
     alike: Mapping[tuple[str, str], float]
     gain: Gain | None
     shape_gain: Gain | None
@@ -282,6 +286,7 @@ class Discovery(Result):
             "probability_of_any": self.posterior.some,
             "probabilities": self.posterior.inclusion(),
             "limits": {name: dataclasses.asdict(limit) for name, limit in self.limits.items()},
+            "next_experiment": self.next_experiment,
             "reasons": dict(self.reasons),
             "confusable_with": self.confusable_with,
             "broken": self.broken,

@@ -58,7 +58,8 @@ class Plan(Result):
     @property
     def next_experiment(self) -> str:
         """The other test that tells most effects apart; the standard test if none helps."""
-        return max(self.powers, key=lambda name: self.powers[name].told_apart)
+        each = self.powers
+        return max(each, key=lambda name: (each[name].told_apart, each[name].weakest))
 
     @property
     def title(self) -> str:

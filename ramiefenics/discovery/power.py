@@ -126,6 +126,12 @@ class Power:
     apart: Array
 
     @property
+    def weakest(self) -> float:
+        """Log-evidence between the two effects that are told apart least."""
+        both = np.minimum(self.apart, self.apart.T)
+        return float(both[np.triu_indices(len(both), 1)].min(initial=np.inf))
+
+    @property
     def told_apart(self) -> int:
         """Pairs of effects of typical size that are told apart, by odds of 20."""
         both = np.minimum(self.apart, self.apart.T)
