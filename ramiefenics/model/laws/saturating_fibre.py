@@ -46,14 +46,13 @@ def _parameters(material: Material) -> dict[str, float]:
     g_xz = material.elastic.G_XZ_MPa
     mu = (c11 - c12) / 2
     axial = c33 - 2 * mu - c13
-    ratio = (c13 - c12) / axial if axial > 0 else 0.0
-    tangent = axial / (1 - ratio)
     large_strain = material.large_strain
-    residual, strength = (
-        large_strain.fibre_residual_tangent * g_xz,
-        large_strain.fibre_strength * g_xz,
-    )
-    if abs(axial) <= NO_FIBRES * c33:
+    if abs(axial) > NO_FIBRES * c33:
+        ratio = (c13 - c12) / axial if axial > 0 else 0.0
+        tangent = axial / (1 - ratio)
+        residual = large_strain.fibre_residual_tangent * g_xz
+        strength = large_strain.fibre_strength * g_xz
+    else:
         ratio, tangent, residual, strength = 0.0, NO_FIBRES * c33, 0.0, NO_FIBRES * c33
     compressive = tangent * (1 - large_strain.bimodularity)
     if residual >= compressive:
