@@ -62,6 +62,7 @@ from .solve.sensitivity import (
 from .solve.simulate import simulate as simulate
 from .specification import (
     BendingTest as BendingTest,
+    Bond as Bond,
     LargeStrain as LargeStrain,
     ContactMethod as ContactMethod,
     Elastic as Elastic,

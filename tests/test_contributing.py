@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import shutil
@@ -11,10 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 import ramiefenics as rf
 from ramiefenics.cli.effects import add_effects
 from ramiefenics.effects import load_effects
+from ramiefenics.verification.point import Point
 
 ROOT = Path(__file__).parents[1]
 TRAVEL = np.linspace(0.0, 14.0, 57)
@@ -111,18 +114,52 @@ def test_options_that_a_format_has_not_are_refused(raw: Path) -> None:
         rf.read_raw([raw], "instron", rate_Hz=5.0)
 
 
-def test_an_effect_of_the_users_own_file(tmp_path: Path) -> None:
+@pytest.fixture
+def effects(tmp_path: Path) -> str:
+    """What the page says of effects; its files are written."""
     text = (ROOT / "CONTRIBUTING.md").read_text()
     page = text.partition("## Add an effect")[2].partition("\n## ")[0]
-    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    (tmp_path / "worn.py").write_text(block)
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    for name, block in zip(("worn.py", "tearing.py"), blocks, strict=True):
+        assert block.count("\n") < 40
+        (tmp_path / name).write_text(block)
+    return page
+
+
+def test_an_effect_of_the_users_own_file(effects: str, tmp_path: Path) -> None:
     (tmp_path / "ramiefenics").symlink_to(ROOT / "ramiefenics")
-    (line,) = re.findall(r"^    ramiefenics (effects .*)$", page, re.MULTILINE)
+    (line,) = re.findall(r"^    ramiefenics (effects .*)$", effects, re.MULTILINE)
     run(tmp_path, line.split())
     (effect,) = load_effects(tmp_path / "worn.py").values()
-    (words,) = re.findall(r"^    ramiefenics bend (.*)$", page, re.MULTILINE)
+    words, _ = re.findall(r"^    ramiefenics bend (.*)$", effects, re.MULTILINE)
     test = rf.override(rf.ramie(14.23, 7.28, 0.67), ["numerics.mesh=screening"])
     bent = add_effects(test, [words.split()[-1]], [str(tmp_path / "worn.py")])
     assert bent == effect.apply(test, 2.0)
     assert (bent.fixture.other_support_radius_mm, bent.numerics.domain) == (7.0, "half")
     assert effect.apply(test, 0.0) == test
+
+
+def test_an_effect_of_the_users_own_file_that_remembers(
+    effects: str, coarse: rf.BendingTest, tmp_path: Path
+) -> None:
+    _, words = re.findall(r"^    ramiefenics bend (.*)$", effects, re.MULTILINE)
+    torn = add_effects(coarse, [words.split()[-1]], [str(tmp_path / "tearing.py")])
+    assert load_effects(tmp_path / "tearing.py")["tearing"].apply(coarse, 0.0) == coarse
+    material = torn.stalk.layers[0].material
+    own, sound = Point(torn.law, material), Point(coarse.law, coarse.stalk.layers[0].material)
+    far, near = np.diag([1.0, 1.0, 1.04]), np.diag([1.0, 1.0, 1.01])
+    for most in (near, far):  # has been stored by then
+        assert own.remember(most) > 0.0
+        left = 1 - 0.5 * (1 - math.exp(-sound.energy(most) / 0.5))
+        assert own.stress(near) == pytest.approx(left * sound.stress(near), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_that_effect_bends_a_stalk_and_back(
+    effects: str, coarse: rf.BendingTest, tmp_path: Path
+) -> None:
+    path = ["protocol.travel_mm=2", "protocol.then=[0.5]", "numerics.acoustic_check=false"]
+    effect = load_effects(tmp_path / "tearing.py")["tearing"]
+    result = rf.simulate(effect.apply(rf.override(coarse, path), 0.8), MPI.COMM_SELF)
+    assert result.completed, result.ending.reason
+    assert result.curve["dissipated_Nmm"].iloc[-1] > 0.0

@@ -1,5 +1,6 @@
 """Suspected causes: what a simulation may be lacking, one module each; a new one is listed here."""
 
+from ramiefenics.effects.bark_slip import BARK_SLIP
 from ramiefenics.effects.base import Companion, Effect, load_effects
 from ramiefenics.effects.bimodular_fibre import BIMODULAR_FIBRE
 from ramiefenics.effects.crushing import CRUSHING
@@ -67,6 +68,7 @@ EFFECTS: dict[str, Effect] = {
         RADIAL_GRADIENT,
         FIBRE_ANGLE,
         GROWTH_STRESS,
+        BARK_SLIP,
     )
 }
 

@@ -8,14 +8,15 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
+from ramiefenics.model.bond import PENETRATION, BondFilm
 from ramiefenics.model.contact import Contact, ContactSums, Obstacle, depth
-from ramiefenics.model.equations import Equations, FormTerm
+from ramiefenics.model.equations import Equations, FormTerm, Term
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.shape import straightened
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tissue import tissue_fields
-from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
+from ramiefenics.model.tube import FILM_TAG, SURFACES, TubeMesh, build_tube
 from ramiefenics.specification import BendingTest, Cylinder
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
@@ -42,8 +43,10 @@ class BendingProblem:
     ----------
     tube, solid, contact
         The parts.
+    film
+        The bond of the outermost layer; None if it is perfect.
     terms
-        The solid's part of the equations, and contact's.
+        The solid's part of the equations, contact's, and the bond's.
     equations
         Their sum.
     mass
@@ -71,6 +74,7 @@ class BendingProblem:
         )
         radii = test.stalk.radii_mm
         elements = recipe.rind_elements + (recipe.wall_elements if len(radii) == 2 else 0)
+        self.film = None if stalk.bond.perfect else self._bond_film(radii[-1] - radii[-2])
         self.contact = Contact(
             self.solid,
             self._obstacles(),
@@ -86,7 +90,11 @@ class BendingProblem:
         u = self.solid.displacement
         self._rest = np.zeros_like(u.x.array)
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
-        self.terms = self.solid.term(), FormTerm(self.contact.residual(v), u)
+        self.terms: tuple[Term, ...] = (
+            self.solid.term(),
+            FormTerm(self.contact.residual(v), u),
+            *([] if self.film is None else [self.film.term()]),
+        )
         self.equations = Equations(u, self.terms, self.bcs)
         self.mass = compile_form(self.solid.density * ufl.inner(du, v) * self.solid.dx)
 
@@ -103,7 +111,15 @@ class BendingProblem:
 
     def stored_energy(self) -> float:
         """Return what this rank's cells store, N mm."""
-        return self.solid.energies()[0]
+        return self.energies()[0]
+
+    def energies(self) -> tuple[float, float]:
+        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        stored, dissipated = self.solid.energies()
+        if self.film is None:
+            return stored, dissipated
+        in_bond, by_bond = self.film.energies()
+        return stored + in_bond, dissipated + by_bond
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement of a stalk pushed rigidly halfway: it touches all obstacles."""
@@ -137,6 +153,8 @@ class BendingProblem:
         """Let slip and the material's internal variables refer to the current state."""
         self.contact.advance()
         self.solid.remember()
+        if self.film is not None:
+            self.film.remember()
 
     def accept(self) -> None:
         """Make the current state the last accepted one, from which a step starts."""
@@ -148,6 +166,13 @@ class BendingProblem:
         pressed = 0.0 - sum(s.force_y_N for s in sums if s.cylinder.moves)  # no negative zero
         borne = sum(s.force_y_N for s in sums if not s.cylinder.moves)
         return pressed * self.factor, borne * self.factor
+
+    def _bond_film(self, thickness_mm: float) -> BondFilm:
+        """Return the bond of an outermost layer of that thickness."""
+        stalk = self.test.stalk
+        young = stalk.materials[len(stalk.layers) - 1].elastic.E_X_MPa
+        penalty = young / (PENETRATION * thickness_mm) ** 2
+        return BondFilm(self.solid, self.tube.cells, FILM_TAG, stalk.bond, penalty)
 
     def _obstacles(self) -> tuple[Obstacle, ...]:
         """Place the fixture's cylinders, each facing the part of the surface that it can reach."""

@@ -62,15 +62,14 @@ class MaterialPoints:
     def __init__(self, solid: Solid, acoustic: bool = True) -> None:
         points, _ = basix.make_quadrature(basix.CellType.hexahedron, QUADRATURE_DEGREE[solid.order])
         self._mesh = solid.mesh
-        count = solid.mesh.topology.index_map(solid.mesh.topology.dim).size_local
-        self._cells = np.arange(count, dtype=np.int32)
+        self._cells = solid.own_cells
         self._kernel, self._acoustic = solid.kernel, acoustic
         if self._kernel is None:
             F = ufl.variable(solid.gradient(solid.displacement))
             tangent = ufl.diff(solid.stress_at(F), F)
             self._gradient = compile_expression(solid.gradient(solid.displacement), points)
             self._tangent = compile_expression(tangent, points)
-        self._shape = (count, len(points))
+        self._shape = (len(self._cells), len(points))
 
     def evaluate(self, search: bool = False) -> PointState:
         """Return the current state.

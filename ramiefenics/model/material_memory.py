@@ -52,6 +52,8 @@ class MaterialMemory:
         Of the elements: the quadrature has one point more along an edge.
     start
         First values by name, each a number or nested tuples of numbers.
+    cells
+        Local cells that remember; all by default.
 
     Attributes
     ----------
@@ -63,7 +65,13 @@ class MaterialMemory:
         Where the points are in the reference cell, shape (n, 3).
     """
 
-    def __init__(self, mesh: dmesh.Mesh, order: int, start: Mapping[str, Any]) -> None:
+    def __init__(
+        self,
+        mesh: dmesh.Mesh,
+        order: int,
+        start: Mapping[str, Any],
+        cells: NDArray[np.int32] | None = None,
+    ) -> None:
         values = {name: np.asarray(value, dtype=np.float64) for name, value in start.items()}
         self.size = sum(value.size for value in values.values())
         nodes = point_element(mesh, order)
@@ -73,7 +81,8 @@ class MaterialMemory:
         self._nodes = nodes.basix_element
         self.points = self._nodes.points
         index_map = mesh.topology.index_map(mesh.topology.dim)
-        self._cells = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
+        known = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
+        self._cells = known if cells is None else cells
         self.last: dict[str, Expr] = {}
         first = 0
         for name, value in values.items():

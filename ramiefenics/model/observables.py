@@ -164,7 +164,7 @@ class Observer:
         self.material = self._points.evaluate()
         stored, lost = (
             float(comm.allreduce(energy, op=MPI.SUM) * problem.factor)
-            for energy in problem.solid.energies()
+            for energy in problem.energies()
         )
         work = sum(s.friction_work_Nmm for s in sums) * problem.factor
         penetration, in_radii = self._penetration(position)

@@ -15,6 +15,13 @@ CORE_ON_AXIS, CORE_DIAGONAL = 0.5, 0.55
 innermost layer."""
 
 
+THINNESS = 1e-4
+"""Thickness of the film of cells that bonds the outermost layer, over that of the layer."""
+
+FILM = -1
+"""Its index among the layers."""
+
+
 @dataclass(frozen=True)
 class _Ring:
     """A closed or half line of nodes around the axis.
@@ -49,7 +56,8 @@ def add_section(
     Returns
     -------
     dict
-        Surfaces of each layer, by its index from the inside.
+        Surfaces of each layer, by its index from the inside, and of the film if the bond is not
+        perfect.
     """
     geo = gmsh.model.geo
     solid = stalk.void_diameter_mm == 0.0
@@ -77,7 +85,7 @@ def add_section(
             growth = recipe.side_growth if angle % 180 < 90 else 1.0 / recipe.side_growth
             geo.mesh.setTransfiniteCurve(line, per_arc + 1, "Progression", growth)
 
-    surfaces: dict[int, list[int]] = {index: [] for index in range(len(stalk.layers))}
+    surfaces: dict[int, list[int]] = {index: [] for index in sorted(set(layers))}
     for i, (layer, count) in enumerate(zip(layers, counts, strict=True)):
         spokes = [
             geo.addLine(inner, outer) for inner, outer in zip(points[i], points[i + 1], strict=True)
@@ -124,7 +132,10 @@ def _angles(solid: bool, full: bool, share: float) -> list[float]:
 def _rings(
     stalk: Stalk, recipe: MeshRecipe, filled: bool
 ) -> tuple[list[_Ring], list[int], list[int]]:
-    """Return the rings, and for each gap between two its layer and number of elements."""
+    """Return the rings, and for each gap between two its layer and number of elements.
+
+    The film is a gap of its own, at the expense of the outermost layer.
+    """
     radii = list(stalk.radii_mm)
     rings = [_Ring(radius, radius, False) for radius in radii]
     if stalk.void_diameter_mm == 0.0:
@@ -137,7 +148,13 @@ def _rings(
     wall = sum(tube[:-1]) or tube[0]
     counts = [max(1, round(recipe.wall_elements * t / wall)) for t in thickness[:-1]]
     single = recipe.wall_elements + recipe.rind_elements  # one layer is wall and rind at once
-    return rings, layers, [*counts, recipe.rind_elements if len(tube) > 1 else single]
+    counts.append(recipe.rind_elements if len(tube) > 1 else single)
+    if not stalk.bond.perfect:
+        radius = radii[-2] + THINNESS * (radii[-1] - radii[-2])
+        rings.insert(-1, _Ring(radius, radius, False))
+        layers.insert(-1, FILM)
+        counts.insert(-1, 1)
+    return rings, layers, counts
 
 
 def _point(ring: _Ring, angle: float, z: float) -> int:

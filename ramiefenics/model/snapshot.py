@@ -87,9 +87,9 @@ class Camera:
         self._moved = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", solid.order, (3,))))
         self._surface = ContactSurface(problem.contact, self._scalar)
         cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
-        self._cells = np.arange(cells.size_local, dtype=np.int32)
+        self._cells = solid.own_cells
         pieces, self._middles = cut_cells(self._scalar)
-        nodes = self._scalar.dofmap.list[: cells.size_local]
+        nodes = self._scalar.dofmap.list[self._cells]
         self._corners = nodes[:, pieces].reshape(-1, 8).astype(np.int64)
         self._layer = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self._layer[problem.tube.cells.indices] = problem.tube.cells.values

@@ -11,6 +11,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ramiefenics.model.compat import geometry_order
@@ -35,6 +36,12 @@ DISSIPATED = "dissipated"
 """What the material remembers beside its law's internal variables, N/mm2."""
 
 
+def volume_measure(mesh: dmesh.Mesh, order: int, cells: dmesh.MeshTags) -> ufl.Measure:
+    """Return the measure of volume, by tags of cells, with full integration."""
+    metadata = {"quadrature_degree": QUADRATURE_DEGREE[order]}
+    return ufl.Measure("dx", mesh, subdomain_data=cells, metadata=metadata)
+
+
 class Solid:
     """Displacement field and stored energy of a layered solid.
 
@@ -46,7 +53,7 @@ class Solid:
     mesh
         Hexahedra; the displacement has the order of the geometry.
     cells
-        Layer of every cell, 1 for the first material.
+        Layer of every cell, 1 for the first material; cells of any other tag are no part of it.
     materials
         One per layer.
     law
@@ -64,6 +71,8 @@ class Solid:
         The unknown.
     density
         Cell-wise, tonne/mm3.
+    cells
+        Local cells of the layers, those that this rank owns first.
     duration
         Of the step from the last accepted state, s.
     """
@@ -94,13 +103,21 @@ class Solid:
         self._parameters = self._layers | self._local
         densities = [G_PER_CM3 * material.density_g_per_cm3 for material in materials]
         self.density = self._layerwise("density", cells, densities)
-        self.dx = ufl.Measure(
-            "dx", mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE[self.order]}
-        )
+        self.cells = np.flatnonzero(self.density.x.array).astype(np.int32)
+        everywhere = len(self.cells) == len(self.density.x.array)
+        self.dx = volume_measure(mesh, self.order, cells)
+        if not mesh.comm.allreduce(everywhere, op=MPI.LAND):
+            self.dx = self.dx(tuple(range(1, len(materials) + 1)))
         self._memory = None
         if self.law.memory is not None:
             start = {**self.law.memory.start, DISSIPATED: 0.0}
-            self._memory = MaterialMemory(mesh, self.order, start)
+            self._memory = MaterialMemory(mesh, self.order, start, self.cells)
+
+    @property
+    def own_cells(self) -> NDArray[np.int32]:
+        """The cells that this rank owns."""
+        local = self.mesh.topology.index_map(self.mesh.topology.dim).size_local
+        return self.cells[self.cells < local]
 
     @cached_property
     def kernel(self) -> ElementKernel | None:
@@ -114,6 +131,7 @@ class Solid:
                 self.displacement,
                 self.duration,
                 QUADRATURE_DEGREE[self.order],
+                self.cells,
             )
         except UnknownOperation as error:
             log.info("law %s by the form compiler, which is slower: %s", self.law.name, error)

@@ -42,7 +42,9 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
         # Poisson's ratio along the fibres: then sections keep their size, to first order
         elastic = [material.elastic for material in stalk.materials]
         ratio = np.array([e.nu_XZ * e.E_Z_MPa / e.E_X_MPa for e in elastic])
-        fields[WIDTH] = fields[STRETCH] ** -ratio[layer - 1]
+        fields[WIDTH] = (
+            fields[STRETCH] ** -ratio[np.minimum(layer, len(ratio)) - 1]
+        )  # of a bond: any
     functions = {name: fem.Function(space, name=name) for name in fields}
     for name, function in functions.items():
         function.x.array[:] = fields[name]

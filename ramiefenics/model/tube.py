@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
-from ramiefenics.model.section import add_section
+from ramiefenics.model.section import FILM, add_section
 from ramiefenics.model.shape import stalk_point
 from ramiefenics.specification import BendingTest, Layer, Stalk
 
@@ -24,6 +24,9 @@ SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetr
 """Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
 
 NODE = "node"
+
+FILM_TAG = 100
+"""Physical tag of the film that bonds the outermost layer, if that is not perfect."""
 
 Blocks = dict[int, list[int]]
 """Surfaces or volumes in Gmsh of each layer, by its index."""
@@ -38,7 +41,7 @@ class TubeMesh:
     mesh
         Hexahedra of order 1 or 2.
     cells
-        Layer of every cell, 1 for the innermost; one more for the node.
+        Layer of every cell, 1 for the innermost; one more for the node, `FILM_TAG` for a bond.
     facets
         Tags of `SURFACES` on the boundary.
     """
@@ -114,8 +117,10 @@ def _add_tube(test: BendingTest) -> None:
         section = add_section(_filled(stalk), numerics.mesh, float(z[0]), full, filled=True)
         volumes = _extrude_with_node(section, z, stalk.node_mm)
     gmsh.model.geo.synchronize()
-    for index, name in enumerate([*(layer.name for layer in stalk.layers), NODE][: len(volumes)]):
-        gmsh.model.addPhysicalGroup(3, volumes[index], index + 1, name)
+    names = dict(enumerate([*(layer.name for layer in stalk.layers), NODE])) | {FILM: "bond"}
+    for index, solids in volumes.items():
+        tag = FILM_TAG if index == FILM else index + 1
+        gmsh.model.addPhysicalGroup(3, solids, tag, names[index])
     for name, surfaces in _classify(volumes, test).items():
         if surfaces:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
@@ -143,7 +148,7 @@ def _shape(stalk: Stalk) -> None:
 def _filled(stalk: Stalk) -> Stalk:
     """Return the stalk with a layer of the node's material in its void, all along."""
     core = Layer(NODE, stalk.void_diameter_mm, stalk.materials[-1])
-    return Stalk(stalk.length_mm, 0.0, (core, *stalk.layers))
+    return Stalk(stalk.length_mm, 0.0, (core, *stalk.layers), bond=stalk.bond)
 
 
 def _extrude_with_node(
@@ -155,13 +160,15 @@ def _extrude_with_node(
     no physical group, and so in no mesh.
     """
     cuts = [0, *(int(np.abs(z - at).argmin()) for at in node_mm if at > z[0]), len(z) - 1]
-    volumes: Blocks = {index: [] for index in range(len(section))}
+    place = {index: index if index == FILM else index - 1 for index in section}
+    place[0] = max(section)
+    volumes: Blocks = {index: [] for index in sorted(place.values())}
     for start, stop in itertools.pairwise(cuts):
         made, section = _extrude(section, z[start : stop + 1])
-        for index in range(1, len(made)):
-            volumes[index - 1] += made[index]
-        if node_mm[0] < (z[start] + z[stop]) / 2.0 < node_mm[1]:
-            volumes[len(made) - 1] += made[0]
+        if not node_mm[0] < (z[start] + z[stop]) / 2.0 < node_mm[1]:
+            del made[0]
+        for index, solids in made.items():
+            volumes[place[index]] += solids
     return volumes
 
 

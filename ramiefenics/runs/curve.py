@@ -139,6 +139,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
         moisture=0.0,
         moisture_softening=0.0,
         reference_moisture=0.0,
+        bond=stalk.bond.scaled(1.0 / factor),
     )
     if stalk.taper == 0.0:
         stalk = dataclasses.replace(stalk, measured_at_mm=0.0)

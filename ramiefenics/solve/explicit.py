@@ -30,7 +30,7 @@ from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.solve.rest import settle
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 
 log = logging.getLogger(__name__)
 
@@ -264,10 +264,15 @@ def simulate_explicitly(
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants, or the path has more than a loading.
+        If the law cannot take a layer's constants, the path has more than a loading, or the bond
+        of the layers is not perfect.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     test.protocol.check_loading_only("explicit runs")
+    if not test.stalk.bond.perfect:
+        compliance = test.stalk.bond.compliance_mm_per_MPa
+        allowed = "must be 0 for explicit runs: the thinner a film, the shorter their time steps"
+        raise SpecificationError("stalk.bond.compliance_mm_per_MPa", compliance, allowed)
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)

@@ -22,9 +22,9 @@ def settle(problem: BendingProblem) -> None:
     strain = problem.test.stalk.tissue.growth_strain
     if strain == 0.0:
         return
-    solid, _ = problem.terms
+    solid, _, *bond = problem.terms
     settings = problem.test.numerics.stepping
-    equations = Equations(problem.displacement, (solid,), problem.bcs)
+    equations = Equations(problem.displacement, (solid, *bond), problem.bcs)
     newton = Newton(equations, settings.max_iterations, settings.linear_solver)
     tolerance_N = settings.relative_tolerance * SMALLEST_SCALE_N
     outcome = newton.solve(tolerance_N, problem.test.stalk.outer_diameter_mm)

@@ -1,6 +1,7 @@
 """What is tested: immutable dataclasses that compose, read from and written to TOML."""
 
 from ramiefenics.specification.bending import BendingTest
+from ramiefenics.specification.bond import Bond
 from ramiefenics.specification.cylinder import Cylinder
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.files import override, read_test, write_test
@@ -17,6 +18,7 @@ from ramiefenics.specification.tissue import Tissue
 
 __all__ = [
     "BendingTest",
+    "Bond",
     "ContactMethod",
     "Cylinder",
     "Elastic",

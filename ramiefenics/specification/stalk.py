@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ramiefenics.specification.bond import Bond
 from ramiefenics.specification.checks import check_instance, check_number
 from ramiefenics.specification.errors import SpecificationError
 from ramiefenics.specification.material import Elastic, Material
@@ -98,6 +99,8 @@ class Stalk:
         if it is positive, higher if it is negative. Fibres follow it.
     tissue
         How it differs from place to place.
+    bond
+        Of the outermost layer to the one inside it.
     """
 
     length_mm: float
@@ -118,6 +121,7 @@ class Stalk:
     node_at_mm: float = 0.0
     curvature_per_m: float = 0.0
     tissue: Tissue = field(default_factory=Tissue)
+    bond: Bond = field(default_factory=Bond)
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
@@ -166,6 +170,11 @@ class Stalk:
         check_number(self, "curvature_per_m", at_least=-limit, at_most=limit, unit="1/m")
         self._check_void()
         self._check_node()
+        check_instance(self, "bond", Bond)
+        if not self.bond.perfect and len(self.layers) == 1:
+            allowed = "must be 0 for a stalk of one layer, which has nothing to be bonded to"
+            compliance = self.bond.compliance_mm_per_MPa
+            raise SpecificationError("bond.compliance_mm_per_MPa", compliance, allowed)
         if self.position_factor <= 0.0:
             raise SpecificationError(
                 "stiffness_gradient_per_m",

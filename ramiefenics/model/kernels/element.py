@@ -72,13 +72,15 @@ class ElementKernel:
         Of the step, s.
     quadrature_degree
         Of the quadrature in the cells.
+    cells
+        Local cells of the solid, those that this rank owns first.
 
     Attributes
     ----------
     nodes
-        Of all cells that this rank knows, those it owns first, shape (cells, nodes).
+        Of these cells, shape (cells, nodes).
     owned
-        Number of cells that are integrated over.
+        Number of those that are integrated over.
     components
         Number of the displacement's components that this rank knows.
 
@@ -97,17 +99,17 @@ class ElementKernel:
         displacement: fem.Function,
         duration: fem.Constant,
         quadrature_degree: int,
+        cells: Integers,
     ) -> None:
         space, mesh = displacement.function_space, displacement.function_space.mesh
         self._u, self._duration, self._memory = displacement, duration, memory
-        index_map = mesh.topology.index_map(mesh.topology.dim)
-        self.owned = index_map.size_local
-        self._all = index_map.size_local + index_map.num_ghosts
+        here = mesh.topology.index_map(mesh.topology.dim).size_local
+        self.owned, self._of_solid = int((cells < here).sum()), cells
         points, weights = basix.make_quadrature(basix.CellType.hexahedron, quadrature_degree)
         if memory is not None:  # its points are the same, but in another order
             order = [int(np.abs(points - point).sum(axis=1).argmin()) for point in memory.points]
             points, weights = points[order], weights[order]
-        self.nodes = np.ascontiguousarray(space.dofmap.list[: self._all])
+        self.nodes = np.ascontiguousarray(space.dofmap.list[cells])
         self.components = len(displacement.x.array)
         self.points, nodes = len(points), self.nodes.shape[1]
         padded_points, padded_nodes = (-(-n // WIDTH) * WIDTH for n in (self.points, nodes))
@@ -134,13 +136,13 @@ class ElementKernel:
         by_point = np.zeros((3, nodes, padded_points))
         by_point[:, :, : self.points] = slopes.transpose(0, 2, 1)
         inverse, weight = self._map(points, weights, padded_points)
-        cellwise = [p.x.array[: self._all, None] for p in parameters.values()]
+        cellwise = [p.x.array[cells, None] for p in parameters.values()]
         pointwise = [self._at_points(p, points, padded_points) for p in local.values()]
         numbers_of_law = np.concatenate([*cellwise, *pointwise], axis=1)
         places: Integers = np.zeros((1, 1), dtype=np.int32)
         numbers = np.zeros(1)
         if memory is not None:
-            places, numbers = memory.places[: self._all], memory.numbers
+            places, numbers = memory.places[cells], memory.numbers
         self._arrays = [  # in the order of the structure; they live as long as this does
             np.ascontiguousarray(array)
             for array in (self.nodes, by_point, by_node, inverse, weight, numbers_of_law)
@@ -153,11 +155,11 @@ class ElementKernel:
         element = mesh.ufl_domain().ufl_coordinate_element()
         element = element.sub_elements[0] if element.block_size > 1 else element
         slopes = element.tabulate(1, points)[1:]
-        at = mesh.geometry.x[geometry_nodes(mesh)[: self._all]]
+        at = mesh.geometry.x[geometry_nodes(mesh)[self._of_solid]]
         jacobian = np.einsum("cni,kqn->cqik", at, slopes.reshape(3, len(points), -1), optimize=True)
-        inverse = np.zeros((self._all, 3, 3, padded))
+        inverse = np.zeros((len(at), 3, 3, padded))
         inverse[..., : len(points)] = np.linalg.inv(jacobian).transpose(0, 2, 3, 1)
-        weight = np.zeros((self._all, padded))
+        weight = np.zeros((len(at), padded))
         weight[:, : len(points)] = weights * np.abs(np.linalg.det(jacobian))
         return inverse, weight
 
@@ -165,7 +167,7 @@ class ElementKernel:
         """Return a function at the points of every cell, those behind the last one repeated."""
         space = values.function_space
         shares = space.element.basix_element.tabulate(0, points)[0, :, :, 0]
-        found = values.x.array[space.dofmap.list[: self._all]] @ shares.T
+        found = values.x.array[space.dofmap.list[self._of_solid]] @ shares.T
         return np.pad(found, ((0, 0), (0, padded - len(points))), mode="edge")
 
     def _of_cells(self, count: int) -> Any:
@@ -241,7 +243,7 @@ class ElementKernel:
         """Return what all points remember of the current state, as `MaterialMemory.numbers`."""
         assert self._memory is not None
         now = self._memory.numbers.copy()
-        self._lib.update(self._of_cells(self._all), *self._step, self._pointer(now))
+        self._lib.update(self._of_cells(len(self.nodes)), *self._step, self._pointer(now))
         return np.asarray(now)
 
     def gradients(self) -> Array:

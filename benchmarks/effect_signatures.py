@@ -1,0 +1,207 @@
+"""What every effect does to the force curve, and what it can be mistaken for.
+
+    OMP_NUM_THREADS=1 ./run python benchmarks/effect_signatures.py
+
+A quarter of an hour on two cores; what has been simulated before is kept. Writes
+`records/effect_signatures.json` and the figures of `docs/effects.md`; afterwards
+`benchmarks/effects.py` writes that page.
+
+Curves are those of a mean ramie stalk on the recipe `screening`, as the machine records them. A
+fit of the layers' moduli, known to 10 % each, takes a part of a signature s away. Beside errors of
+a covariance E it leaves ``E C^-1 s``, with ``C = E + D S D^T`` from the derivatives D of the curve
+by the moduli's logarithms and their prior covariance S (Tarantola 2005, section 3.2). Two effects
+look alike where ``C^-1/2 s`` of both point the same way.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from record import DOCS, write_record
+
+from ramiefenics import BendingTest, SpecificationWarning, override
+from ramiefenics.discovery.factors import factors
+from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.published.stalks import ramie
+from ramiefenics.results.style import BLUE, GREY, SKY, STYLE, VERMILION
+from ramiefenics.runs import Done, KeptRun, Runs, Simulation
+from ramiefenics.runs.curve import CurveTask
+
+PRIOR_SD, ERROR_SHARE = 0.1, 0.01
+"""Standard deviations of the moduli's logarithms, and of the curve over its peak."""
+
+LEAST_SHARE = 1e-3
+"""Of the peak: what changes the force by less does not show."""
+
+ALIKE_DEG = 30.0
+
+Array = NDArray[np.float64]
+GRID_MM: Array = np.linspace(0.25, 14.0, 56)
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A stalk without effects.
+
+    Attributes
+    ----------
+    force_N
+        On the grid.
+    slopes_N
+        Its derivatives by the moduli's logarithms, shape (grid, moduli).
+    """
+
+    force_N: Array
+    slopes_N: Array
+
+    @classmethod
+    def read(cls, curve: pd.DataFrame) -> Baseline:
+        """Read a curve with its derivatives off on the grid."""
+        columns = [np.interp(GRID_MM, curve["displacement_mm"], curve[x]) for x in curve.columns]
+        return cls(columns[1], np.array(columns[2:]).T)
+
+    @property
+    def peak_N(self) -> float:
+        """Largest force."""
+        return float(self.force_N.max())
+
+    def covariance(self, points: NDArray[np.bool_]) -> Array:
+        """Return that of errors and moduli together at some points of the grid, N^2."""
+        slopes = self.slopes_N[points]
+        errors = (ERROR_SHARE * self.peak_N) ** 2 * np.eye(len(slopes))
+        return np.asarray(errors + PRIOR_SD**2 * slopes @ slopes.T)
+
+    def left(self, signature_N: Array) -> Array:
+        """Return what a fit of the moduli leaves of a signature, N; NaN stays."""
+        found = np.full_like(signature_N, np.nan)
+        points = np.isfinite(signature_N)
+        explained = np.linalg.solve(self.covariance(points), signature_N[points])
+        found[points] = (ERROR_SHARE * self.peak_N) ** 2 * explained
+        return found
+
+    def cosine(self, one_N: Array, other_N: Array) -> float:
+        """Return that of the angle between two signatures, where both are."""
+        points = np.isfinite(one_N) & np.isfinite(other_N)
+        a, b = one_N[points], other_N[points]
+        weights = np.linalg.inv(self.covariance(points))
+        return float(a @ weights @ b / np.sqrt((a @ weights @ a) * (b @ weights @ b)))
+
+    @property
+    def band_N(self) -> Array:
+        """Half width of the 95 % interval that the moduli leave the force, N."""
+        return np.asarray(1.96 * PRIOR_SD * np.sqrt((self.slopes_N**2).sum(axis=1)))
+
+
+def signature(baseline: Baseline, effect: Effect, test: BendingTest, run: Done[KeptRun]) -> Any:
+    """Return an effect's change of the force on the grid, N, or a word why there is none."""
+    if run.error is not None:
+        return f"not simulated: {run.error}"
+    result = run.result().result
+    if result.jumps:
+        return f"not smooth: the stalk jumps at {result.jumps[0].displacement_mm:.1f} mm"
+    curve = result.curve
+    travel, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
+    change = np.interp(GRID_MM, travel, force, right=np.nan) - baseline.force_N
+    if np.nanmax(np.abs(change)) > LEAST_SHARE * baseline.peak_N:
+        return change
+    if effect.covariates:
+        return "none: it tells specimens apart"
+    return "none in this test"
+
+
+def angle_deg(baseline: Baseline, one: tuple[Effect, Array], other: tuple[Effect, Array]) -> float:
+    """Return the angle between signatures, of either sign where an amplitude may have both."""
+    cosine = baseline.cosine(one[1], other[1])
+    if any(effect.bounds[0] < 0.0 for effect, _ in (one, other)):
+        cosine = abs(cosine)
+    return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+
+
+def panels(baseline: Baseline, found: dict[str, Array]) -> Figure:
+    """Draw all signatures, each beside what other moduli could do."""
+    columns = 5
+    rows = -(-len(found) // columns)
+    with mpl.rc_context(STYLE | {"font.size": 7.0}):
+        drawing = Figure(figsize=(8.2, 1.35 * rows + 0.5), layout="constrained")
+        grid = drawing.subplots(rows, columns, sharex=True, squeeze=False).ravel()
+        share = 100.0 / baseline.peak_N
+        band = share * baseline.band_N
+        for axes, (name, change) in zip(grid, found.items(), strict=False):
+            axes.fill_between(GRID_MM, -band, band, color=SKY, alpha=0.35, lw=0)
+            axes.plot(GRID_MM, share * change, color=VERMILION, lw=1.4)
+            axes.plot(GRID_MM, share * baseline.left(change), "--", color=BLUE, lw=1.1)
+            axes.axhline(0.0, color=GREY, lw=0.6)
+            effect = EFFECTS[name]
+            unit = "" if effect.unit == "1" else f" {effect.unit}"
+            axes.set_title(f"{name}\n{effect.typical:g}{unit}", fontsize=7)
+        for axes in grid[len(found) :]:
+            axes.set_axis_off()
+        drawing.supxlabel("Displacement (mm)")
+        drawing.supylabel("Change of force (% of the peak)")
+    return drawing
+
+
+def heat_map(names: list[str], angles: Array) -> Figure:
+    """Draw the matrix of angles."""
+    with mpl.rc_context(STYLE | {"font.size": 6.0, "axes.grid": False}):
+        drawing = Figure(figsize=(8.2, 7.6), layout="constrained")
+        axes = drawing.subplots()
+        image = axes.imshow(angles, cmap="cividis", vmin=0.0, vmax=90.0)
+        for (i, j), angle in np.ndenumerate(angles):
+            colour = "w" if angle < 50.0 else "k"
+            axes.text(j, i, f"{angle:.0f}", ha="center", va="center", color=colour, fontsize=5)
+        axes.set_xticks(range(len(names)), names, rotation=90)
+        axes.set_yticks(range(len(names)), names)
+        drawing.colorbar(image, label="Angle (degrees)", shrink=0.7)
+    return drawing
+
+
+def main() -> None:
+    """Run what is not kept yet, then write record and figures."""
+    warnings.simplefilter("ignore", SpecificationWarning)
+    settings = ["numerics.mesh=screening", "numerics.acoustic_check=false"]
+    test = override(ramie(14.23, 7.28, 0.67), settings)
+    runs = Runs()
+    (curve,) = runs.map([CurveTask(test, factors(test))])
+    baseline = Baseline.read(curve.result())
+    done = runs.map([Simulation(e.apply(test, e.typical)) for e in EFFECTS.values()])
+    either = {
+        name: signature(baseline, effect, test, run)
+        for (name, effect), run in zip(EFFECTS.items(), done, strict=True)
+    }
+    found = {name: change for name, change in either.items() if not isinstance(change, str)}
+    pairs = [(EFFECTS[name], change) for name, change in found.items()]
+    angles = np.array([[angle_deg(baseline, a, b) for b in pairs] for a in pairs])
+    record: dict[str, dict[str, Any]] = {}
+    for name, change in either.items():
+        record[name] = {"amplitude": EFFECTS[name].typical}
+        if isinstance(change, str):
+            record[name]["word"] = change
+            continue
+        near = dict(zip(found, angles[list(found).index(name)].tolist(), strict=True))
+        del near[name]
+        alike = sorted((angle, other) for other, angle in near.items() if angle < ALIKE_DEG)
+        record[name] |= {
+            "rms_percent": percent(change, baseline),
+            "left_percent": percent(baseline.left(change), baseline),
+            "alike": {other: round(angle) for angle, other in alike},
+        }
+    write_record("effect_signatures", record)
+    panels(baseline, found).savefig(DOCS / "effects_signatures.png")
+    heat_map(list(found), angles).savefig(DOCS / "effects_angles.png")
+
+
+def percent(change_N: Array, baseline: Baseline) -> float:
+    """Return the root mean square of a change, in percent of the peak, to two digits."""
+    return round(100.0 * float(np.sqrt(np.nanmean(change_N**2))) / baseline.peak_N, 2)
+
+
+if __name__ == "__main__":
+    main()

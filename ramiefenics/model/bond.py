@@ -1,0 +1,147 @@
+"""A bond between two layers: a film of cells, far thinner than the layers, that slips and fails.
+
+A line across the film, of its thickness t and along its normal N, becomes ``d = t F N``, over an
+area of normal ``n = cof(F) N / |cof(F) N|`` (Nanson's formula), above which it reaches ``h = d.n``.
+The layers have slipped by s, ``s^2 = d.d - h^2``, and come apart by ``h - t``; neither changes if
+the film is turned. The effective displacement jump is q, ``q^2 = s^2 + <h - t>^2``, and the
+tractions follow from the energy per area at rest
+
+    psi = (1 - D) q^2 / (2 c) + <t - h>^2 / (2 c) + k <t - h>^3 / 3,
+
+those of a cohesive surface that weighs slip and separation alike (Ortiz and Pandolfi 1999,
+section 3). The damage D is that of the largest jump so far: the traction falls linearly from the
+strength at ``q0 = c tau`` to nothing at ``q1 = 2 G / tau``, and unloading is to the origin. Of the
+largest jump q the energy dissipated per area is ``tau q1 (q - q0) / (2 (q1 - q0))``. The other
+terms, which no damage takes away, keep the layers from going into each other; a sound bond's
+stiffness is the same on both sides of ``h = t``, as Newton's method wants it.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
+from ramiefenics.model.equations import FormTerm, Term
+from ramiefenics.model.jit import compile_form
+from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.material_memory import MaterialMemory
+from ramiefenics.model.solid import Solid, volume_measure
+from ramiefenics.specification import Bond
+
+LEFT = 1e-6
+"""Share of its stiffness that a bond keeps when it has failed: nodes within the film, of cells of
+second order, are held by nothing else."""
+
+ROUNDING_MM = 1e-9
+"""Jump below which there is none."""
+
+PENETRATION = 0.01
+"""What a pressure as large as the outer layer's transverse modulus pushes the layers into each
+other by at most, over the thickness of that layer."""
+
+
+class BondFilm:
+    """The film of cells between two layers.
+
+    Parameters
+    ----------
+    solid
+        The layers.
+    cells
+        Tags of cells.
+    tag
+        Of the film's, which are no layer's.
+    bond
+        Its constants.
+    penalty_MPa_per_mm2
+        The k above.
+    """
+
+    def __init__(
+        self, solid: Solid, cells: dmesh.MeshTags, tag: int, bond: Bond, penalty_MPa_per_mm2: float
+    ) -> None:
+        self._solid = solid
+        self._memory = MaterialMemory(solid.mesh, solid.order, {"largest_mm": 0.0}, cells.find(tag))
+        self._dx = volume_measure(solid.mesh, solid.order, cells)(tag)
+        self._stiffness, self._strength, self._softens_at, self._fails_at, self._penalty = (
+            fem.Constant(solid.mesh, number)
+            for number in (
+                1.0 / bond.compliance_mm_per_MPa,
+                bond.strength_MPa,
+                bond.softens_at_mm,
+                bond.fails_at_mm,
+                penalty_MPa_per_mm2,
+            )
+        )
+        self._state()
+
+    def _state(self) -> None:
+        """State jump, overlap and memory in UFL."""
+        J = ufl.Jacobian(self._solid.mesh)
+        lengths = [ufl.dot(J[:, k], J[:, k]) for k in range(3)]
+        least = ufl.min_value(lengths[0], ufl.min_value(lengths[1], lengths[2]))
+        across = [ufl.conditional(ufl.le(length, least), 1.0, 0.0) for length in lengths]
+        base = _area(J, ufl.as_vector(across))
+        size = ufl.sqrt(ufl.dot(base, base))
+        self._thickness = abs(ufl.det(J)) / size
+        F, N = self._solid.gradient(self._solid.displacement), base / size
+        line, area = self._thickness * F * N, _area(F, N)
+        height = ufl.dot(line, area) / ufl.sqrt(ufl.dot(area, area))
+        apart = height - self._thickness
+        self._overlap = ufl.max_value(-apart, 0.0)
+        slip_squared = ufl.dot(line, line) - height**2
+        self._jump_squared = slip_squared + ufl.max_value(apart, 0.0) ** 2
+        jump = ufl.sqrt(ufl.max_value(self._jump_squared, 0.0) + ROUNDING_MM**2)
+        last = self._memory.last["largest_mm"]
+        self._largest = ufl.max_value(jump, last)
+
+    @property
+    def _sound(self) -> Expr:
+        """The 1 - D above."""
+        q, q0, q1 = self._largest, self._softens_at, self._fails_at
+        softened = ufl.max_value(q0 * (q1 - q) / (q * (q1 - q0)), LEFT)
+        return ufl.conditional(ufl.gt(q, q0), softened, 1.0)
+
+    def term(self) -> Term:
+        """Return the tractions' part of the equations."""
+        u, v = self._solid.displacement, ufl.TestFunction(self._solid.space)
+        held = self._sound * self._stiffness / 2 * ufl.derivative(self._jump_squared, u, v)
+        pressure = self._stiffness * self._overlap + self._penalty * self._overlap**2
+        kept_out = pressure * ufl.derivative(self._overlap, u, v)
+        return FormTerm((held + kept_out) / self._thickness * self._dx, u)
+
+    def energies(self) -> tuple[float, float]:
+        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        stored, dissipated = (float(fem.assemble_scalar(form)) for form in self._energies)
+        return stored, dissipated
+
+    @cached_property
+    def _energies(self) -> tuple[fem.Form, fem.Form]:
+        q, q0, q1 = self._largest, self._softens_at, self._fails_at
+        stored = self._sound * self._stiffness / 2 * self._jump_squared
+        stored += self._stiffness / 2 * self._overlap**2 + self._penalty / 3 * self._overlap**3
+        beyond = ufl.max_value(ufl.min_value(q, q1) - q0, 0.0) / (q1 - q0)
+        dissipated = self._strength * q1 / 2 * beyond
+        made = [compile_form(x / self._thickness * self._dx) for x in (stored, dissipated)]
+        return made[0], made[1]
+
+    @cached_property
+    def _now(self) -> fem.Expression:
+        return self._memory.compile({"largest_mm": self._largest})
+
+    def remember(self) -> None:
+        """Let the film remember the current jumps, where they are the largest so far."""
+        self._memory.remember(self._memory.evaluate(self._now))
+
+
+def _area(map_: Expr, vector: Expr) -> Expr:
+    """Return the cofactor of a map times a vector, UFL shape (3,)."""
+    first, second, third = (map_[:, k] for k in range(3))
+    return (
+        vector[0] * ufl.cross(second, third)
+        + vector[1] * ufl.cross(third, first)
+        + vector[2] * ufl.cross(first, second)
+    )
