@@ -25,7 +25,6 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence, log_evidence_slope
 from ramiefenics.discovery.gain import measure_gain
 from ramiefenics.discovery.hidden import cosines, limits
-from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 M, FACTOR_SD = 16, 0.1
@@ -245,8 +244,7 @@ def test_chances_are_uniform_where_there_is_nothing(monkeypatch):
         found, rng = evidence({}, seed=100 + k), np.random.default_rng(k)
         nothing = fit_scatter(found)
         effects.append(chance.chance_of_effect(found, nothing, rng))
-        wide = found.with_nuisance(0.03 * smooth(*found.residual.shape))
-        misfits.append(chance.chance_of_misfit(found, wide, nothing, rng))
+        misfits.append(chance.chance_of_misfit(Fit(found, (), nothing), rng))
     for p in (0.1, 0.3, 0.5, 0.7):
         for values in (effects, misfits):
             assert abs(np.mean(np.array(values) < p) - p) < 4.0 * (p * (1 - p) / 60) ** 0.5
@@ -257,8 +255,7 @@ def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(size, seen)
     found = evidence({}, seed=7)
     found = replace(found, residual=found.residual + size * np.cos(3 * np.pi * X))
     nothing, rng = fit_scatter(found), np.random.default_rng(8)
-    wide = found.with_nuisance(0.03 * smooth(*found.residual.shape))
-    assert (chance.chance_of_misfit(found, wide, nothing, rng) < 0.005) == seen
+    assert (chance.chance_of_misfit(Fit(found, (), nothing), rng) < 0.005) == seen
 
 
 def test_gain_counts_specimens_not_points():

@@ -9,8 +9,10 @@ import numpy as np
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.causes import log_evidence_gains
-from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence
+from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter, without_knowledge
+from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 DRAWS = 1000
@@ -22,6 +24,13 @@ known well enough then (Besag and Clifford 1991)."""
 
 STEP, FARTHEST = 0.1, 1.5
 """Of the logarithms of standard deviations: for derivatives, and the largest change of a refit."""
+
+MISFIT = 10.0
+"""Times the simulator's own error: what is missing where something unknown is."""
+
+FREE = 3.0
+"""Standard deviations, of what is known beforehand, by which the amplitudes of effects that are
+there may change where it is asked what they leave."""
 
 ALTERNATIVES = 3
 """Suspects for which standard deviations are fitted besides: an effect by which specimens differ is
@@ -63,26 +72,27 @@ def chance_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Genera
     return _chance(evidence, nothing, best_gain, rng)
 
 
-def chance_of_misfit(
-    narrow: Evidence, wide: Evidence, scatter: Scatter, rng: np.random.Generator
-) -> float:
-    """Return the probability of what curves have in common that no effect explains.
+def chance_of_misfit(fit: Fit, rng: np.random.Generator) -> float:
+    """Return the probability of what curves have in common beyond what a fit explains.
 
     Parameters
     ----------
-    narrow, wide
-        The evidence, with the simulator's own error as it should be, and with a large one.
-    scatter
-        The most probable standard deviations of the former.
+    fit
+        Of the effects that are there; their amplitudes may change.
     rng
         Random numbers.
     """
+    evidence = fit.evidence
+    chosen = [evidence.names.index(name) for name in fit.chosen]
+    narrow = evidence.with_nuisance(FREE * evidence.signatures[:, chosen])
+    modes = (MISFIT**2 - 1.0) ** 0.5 * MODEL_ERROR * smooth(*evidence.residual.shape)
+    wide = narrow.with_nuisance(modes)
 
     def gain(scatter: Scatter, data: Array | None) -> float:
         both = [e.whiten(scatter, data).reduce().log_evidence[0] for e in (wide, narrow)]
         return float(both[0] - both[1])
 
-    return _chance(narrow, scatter, gain, rng)
+    return _chance(narrow, fit.scatter, gain, rng)
 
 
 def _chance(

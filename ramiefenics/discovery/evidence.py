@@ -30,6 +30,10 @@ from ramiefenics.discovery.blocks import Array, Blocks
 from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.effects import Effect
 
+MODEL_ERROR = 0.003
+"""What the simulator may be wrong by, smoothly and the same way in all curves, over the peak force,
+apart from what its mesh makes."""
+
 WHITE = 0.05
 """Part of the noise, over its sd, that is not correlated at all."""
 

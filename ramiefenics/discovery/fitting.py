@@ -10,7 +10,7 @@ import numpy as np
 
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import NEGLIGIBLE, Causes, find_causes
-from ramiefenics.discovery.evidence import Evidence, Suspect
+from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
@@ -20,10 +20,6 @@ from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import SpecificationError
-
-MODEL_ERROR = 0.003
-"""What the simulator may be wrong by, smoothly and the same way in all curves, over the peak force,
-apart from what its mesh makes."""
 
 ROUNDS = 5
 """Most linearisations of a fit."""

@@ -12,7 +12,7 @@ import numpy as np
 from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.fit import Fit
-from ramiefenics.discovery.fitting import MODEL_ERROR, Fitted, Fitter
+from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.gain import Gain, measure_gain, plain_errors
 from ramiefenics.discovery.hidden import Limit, cosines, limits
 from ramiefenics.discovery.meshes import on_mesh
@@ -20,7 +20,7 @@ from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
-from ramiefenics.discovery.prediction import Linearised, Predictor, smooth
+from ramiefenics.discovery.prediction import Linearised, Predictor
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -35,15 +35,9 @@ INVISIBLE = 2.0
 """A suspect whose largest amplitude makes less of a difference, in standard deviations, cannot be
 tested with these data."""
 
-MISFIT = 10.0
-"""Times the simulator's own error: what is missing where something unknown is."""
-
 MOST_OPEN = 4
 """Suspects, those that may be largest, between which the next experiment is to decide where
 factors are in conflict with what was stated of them."""
-
-FREE = 3.0
-"""Typical amplitudes that the effects found may be off by where it is asked what they leave."""
 
 
 def discover(
@@ -116,7 +110,7 @@ class _Inquiry:
         evidence, causes = self._fitter.compare(curves, seen)
         nothing = Fit(evidence, (), causes.nothing)
         p_value = chance_of_effect(evidence, causes.nothing, self._rng)
-        before = self._misfit(nothing)
+        before = chance_of_misfit(nothing, self._rng)
         extended = None
         if p_value < SIGNIFICANCE and causes.best:
             self._stage(f"fitting {' and '.join(causes.best)}", 3 * number)
@@ -142,16 +136,6 @@ class _Inquiry:
             else:
                 seen[name] = self._effects[name]
         return curves, seen
-
-    def _misfit(self, fit: Fit) -> float:
-        """Return the probability of what a fit leaves."""
-        evidence = fit.evidence
-        signatures = (
-            FREE * evidence.signatures[:, [evidence.names.index(name) for name in fit.chosen]]
-        )
-        narrow = evidence.with_nuisance(signatures)
-        modes = (MISFIT**2 - 1.0) ** 0.5 * MODEL_ERROR * smooth(*evidence.residual.shape)
-        return chance_of_misfit(narrow, narrow.with_nuisance(modes), fit.scatter, self._rng)
 
     def _believed(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
         """Return the groups that do not rest on one specimen."""
@@ -226,7 +210,7 @@ class _Inquiry:
         before: float,
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
-        left = before if extended is None else self._misfit(last)
+        left = before if extended is None else chance_of_misfit(last, self._rng)
         groups = () if extended is None else self._believed(last, causes)
         conflict = last.conflict()
         gain, shape = (None, None) if extended is None else self._gains(baseline.fit, last)
