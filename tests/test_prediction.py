@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from mpi4py import MPI
 
 import ramiefenics as rf
 from ramiefenics.discovery.blocks import Blocks
@@ -12,9 +13,10 @@ from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitter
 from ramiefenics.discovery.meshes import finer, limit
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Model, Predictor
+from ramiefenics.discovery.prediction import Along, Model, Predictor
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done
+from ramiefenics.runs.curve import normalised
 
 STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, GAP_MM = 10.0, 0.02, 0.2
 """The first for vanishing cells; the last below the points that the first reading is made of."""
@@ -172,3 +174,28 @@ def test_effects_that_have_no_meaning_are_refused_by_name(
     found = predictor.linearise(model, suspects)
     assert list(found.by_effects) == ["seating_gap"]
     assert "there is none to move" in found.refused["eccentric_void"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["span_error", "friction", "wall_thickness_error", "fibre_strength", "fibre_damage"]
+)
+def test_derivatives_that_come_with_a_run_are_those_of_small_differences(
+    coarse: rf.BendingTest, name: str
+) -> None:
+    """Within one percent of the largest; the differences have errors of steps of that order."""
+    effect = rf.EFFECTS[name]
+    along = Along.of(effect, coarse)
+    assert along is not None
+    test, factor = normalised(coarse)
+    parameter = rf.Parameter(along.direction.apply, along.direction.TYPICAL)
+    curve = rf.sensitivities(test, {name: parameter}, MPI.COMM_SELF).curve
+    derivative = factor * (curve[name] + along.scale * curve["force_N"])
+    small = 0.02 * effect.typical
+    ends = [0.0, small] if effect.bounds[0] == 0.0 else [-small, small]
+    found = [rf.simulate(effect.apply(coarse, a), MPI.COMM_SELF).curve for a in ends]
+    at = curve["displacement_mm"]
+    forces = [np.interp(at, c["displacement_mm"], c["force_N"]) for c in found]
+    expected = (forces[1] - forces[0]) / (ends[1] - ends[0]) * effect.typical
+    largest = np.abs(expected).max()
+    assert derivative.to_numpy() == pytest.approx(expected, abs=0.01 * largest)
