@@ -106,6 +106,7 @@ def test_what_cannot_be_added_is_told(
 
 def test_suspects_are_the_six_unless_others_are_named(own: Path) -> None:
     assert list(suspects(None, None, rf.SUSPECTS)) == list(rf.SUSPECTS)
+    assert list(suspects(["all"], [str(own)], rf.SUSPECTS)) == [*rf.EFFECTS, "blunt"]
     assert list(suspects(["friction"], [str(own)], rf.SUSPECTS)) == ["friction", "blunt"]
     with pytest.raises(rf.SpecificationError, match=re.escape("--suspect = 'blunt' is no effect")):
         suspects(["blunt"], None, rf.SUSPECTS)

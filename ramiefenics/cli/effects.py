@@ -17,6 +17,7 @@ from ramiefenics.published.stalks import ramie
 from ramiefenics.specification import BendingTest, SpecificationError
 
 WIDTH = 100
+ALL = "all"
 
 EffectFiles = Annotated[
     list[str] | None,
@@ -35,7 +36,7 @@ SuspectNames = Annotated[
     typer.Option(
         "--suspect",
         metavar="NAME",
-        help=f"A shipped effect to try; by default {', '.join(SUSPECTS)}. May be repeated.",
+        help=f"A shipped effect to try, or all; by default {', '.join(SUSPECTS)}. May be repeated.",
     ),
 ]
 PlannedNames = Annotated[
@@ -65,7 +66,12 @@ def effects_command(
 def suspects(
     names: list[str] | None, files: list[str] | None, default: Mapping[str, Effect]
 ) -> dict[str, Effect]:
-    """Return the shipped effects of these names, else the default ones, and the user's own."""
+    """Return the shipped effects of these names, else the default ones, and the user's own.
+
+    The name ``all`` is that of all shipped ones.
+    """
+    if names and ALL in names:
+        return EFFECTS | _of_files(files)
     chosen = {n: _named(n, EFFECTS, "--suspect") for n in names} if names else dict(default)
     return chosen | _of_files(files)
 
