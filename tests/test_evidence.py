@@ -235,6 +235,16 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
     assert limit.high - limit.low > 2 * 1.5 * FACTOR_SD
 
 
+def test_what_is_left_of_an_imitated_signature_excludes_nothing():
+    """Of a signature of which factors imitate all but a hundredth."""
+    found = evidence({})
+    swing = found.suspects["swing"].signature
+    nearly = Suspect(effect("nearly"), found.by_factors[:, 0] + 0.2 * swing)
+    found = replace(found, factor_sd=10.0, suspects={"nearly": nearly})
+    limit = limits(Fit(found, (), replace(SCATTER, noise=1e-4, drift=1e-6)), ["a", "b"])["nearly"]
+    assert (limit.low, limit.high) == (-9.0, 9.0)
+
+
 @pytest.mark.slow
 def test_chances_are_uniform_where_there_is_nothing(monkeypatch):
     """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,13 @@ from ramiefenics.discovery.fit import Fit
 FLAT = 1e-2
 """Precision of the amplitude beforehand, over that of `Evidence.scale`: next to
 nothing is known of it."""
+
+SIGNATURE_ERROR = 0.05
+"""Of a signature, relative: what it differs by at other amplitudes, on other meshes, and where it
+is learned."""
+
+WAVES = 3
+"""Cosines that such errors are made of."""
 
 QUANTILE = 1.96
 """Of the normal distribution, for 95 %."""
@@ -71,12 +79,48 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
     expected = covariance @ onto
     index = evidence.names.index(name)
     scale, (least, most) = evidence.scale[index], evidence.suspects[name].effect.bounds
-    half = QUANTILE * float(np.sqrt(covariance[-1, -1])) * scale
-    middle = float(expected[-1]) * scale
-    low, high = (float(np.clip(middle + side * half, least, most)) for side in (-1.0, 1.0))
+    relative = _relative_variance(evidence, fit, name, others)
+    ends = _interval(float(expected[-1]), covariance[-1, -1], relative)
+    low, high = (float(np.clip(scale * end, least, most)) for end in ends)
     change = np.sqrt((evidence.suspects[name].signature ** 2).mean(axis=0)).max()
     share = float(max(abs(low), abs(high)) * change)
     return Limit(low, high, share, _imitators(covariance, [*factors], others))
+
+
+def _relative_variance(evidence: Evidence, fit: Fit, name: str, others: Sequence[str]) -> float:
+    """Return what errors of its signature make of an amplitude's variance, over its square.
+
+    The signature times cosines along the displacement, of which `SIGNATURE_ERROR` is the root mean
+    square together, are mistaken for it as far as they are alike beside all else that is fitted.
+    """
+    suspect = evidence.suspects[name]
+    x = (np.arange(evidence.blocks.points) + 0.5) / evidence.blocks.points
+    waves = [np.cos(k * np.pi * x) for k in range(WAVES + 1)]
+    wrong = {
+        str(k): dataclasses.replace(suspect, signature=suspect.signature * wave)
+        for k, wave in enumerate(waves)
+    }
+    columns = evidence.signatures[:, [evidence.names.index(other) for other in others]]
+    around = dataclasses.replace(evidence.with_nuisance(columns), suspects=wrong)
+    scatter = dataclasses.replace(fit.scatter, spread={})
+    gram = around.whiten(scatter).reduce().gram
+    shares = gram[0, 1:] / max(gram[0, 0], 1e-300)
+    return float(SIGNATURE_ERROR**2 * (shares**2).sum() * 2.0 / WAVES)
+
+
+def _interval(mean: float, variance: float, relative: float) -> tuple[float, float]:
+    """Return the amplitudes a for which the mean is within 1.96 standard deviations.
+
+    The variance is ``variance + relative a^2`` (Fieller 1954): where nearly all of a signature is
+    imitated, what is left of it is as uncertain as the signature itself, and no amplitude may be
+    excluded.
+    """
+    z = QUANTILE**2
+    rest = 1.0 - z * relative
+    root = mean**2 - rest * (mean**2 - z * variance)
+    if rest <= 0.0:
+        return -np.inf, np.inf
+    return (mean - root**0.5) / rest, (mean + root**0.5) / rest
 
 
 def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tuple[str, ...]:
