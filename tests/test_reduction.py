@@ -349,7 +349,7 @@ def test_command_names_the_columns_there_are(
     out = tmp_path / "out"
     assert run(monkeypatch, "reduce", folder, "--by", "height", "--out", out) == 2
     error = capsys.readouterr().err
-    assert "by = 'height' must be a column of specimens.csv (specimen, outer, void" in error
+    assert "by = 'height' must be a column of specimens.csv or tests.csv (specimen, " in error
     assert not out.exists()
 
 

@@ -209,8 +209,11 @@ class Study:
 
 
 def _observed(dataset: Dataset, wanted: list[Response]) -> Array:
-    """Return the responses of all curves, shape (curves, responses)."""
-    number = len(dataset.records)
+    """Return the responses of all specimens, shape (specimens, responses)."""
+    number = len(dataset.specimens)
+    if number < len(dataset.records):
+        allowed = "must be one for every specimen: others have other means, and are not independent"
+        raise SpecificationError(f"curves in {dataset.folder}", len(dataset.records), allowed)
     if number <= len(wanted):
         allowed = f"must be more than the {len(wanted)} responses read off them, for an error"
         raise SpecificationError(f"specimens in {dataset.folder}", number, allowed)

@@ -67,7 +67,8 @@ def reduce_command(
         Path | None, typer.Option(help="Folder of the results; results/NAME-reduced by default.")
     ] = None,
     by: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Of specimens.csv, that names the groups.")
+        str | None,
+        typer.Option(metavar="COLUMN", help="Of specimens.csv or tests.csv; it names the groups."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the resampling behind intervals.")] = 0,
 ) -> None:

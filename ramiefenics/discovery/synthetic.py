@@ -1,4 +1,4 @@
-"""Measured folders made up by simulation, with an effect in them or none."""
+"""Measured folders made up by simulation, with effects in them or none."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.observed import recorded
 from ramiefenics.effects import Effect
+from ramiefenics.measured.changes import changed
 from ramiefenics.published import ramie
 from ramiefenics.runs.curve import CurveTask, Mapper, simulated
-from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, override
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
 from ramiefenics.specification.files import value_at
 
 MESH = MeshRecipe(
@@ -66,16 +67,42 @@ class Secret:
     amplitude: float = 0.0
     spread: float = 0.0
 
-    def apply(self, tests: Sequence[BendingTest], rng: np.random.Generator) -> list[BendingTest]:
-        """Return the specifications of a data set's specimens with it."""
+    def apply(
+        self, stalks: Sequence[Sequence[BendingTest]], rng: np.random.Generator
+    ) -> list[list[BendingTest]]:
+        """Return the tests of every stalk with it; all tests of one have the same amplitude."""
         if self.effect is None:
-            return list(tests)
-        effect = self.effect.centred(tests)
-        if self.spread == 0.0:
-            return [effect.apply(test, self.amplitude) for test in tests]
-        drawn = self.amplitude + self.spread * rng.standard_normal(len(tests))
-        amplitudes = np.clip(drawn, *effect.bounds)
-        return [effect.apply(t, float(a)) for t, a in zip(tests, amplitudes, strict=True)]
+            return [list(tests) for tests in stalks]
+        effect = self.effect.centred([test for tests in stalks for test in tests])
+        amplitudes: Array = np.full(len(stalks), self.amplitude)
+        if self.spread > 0.0:
+            amplitudes = np.clip(rng.normal(amplitudes, self.spread), *effect.bounds)
+        pairs = zip(stalks, amplitudes, strict=True)
+        return [[effect.apply(test, float(a)) for test in tests] for tests, a in pairs]
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A specimen whose forces no simulation has.
+
+    Attributes
+    ----------
+    specimen
+        Its number, from 0.
+    lost, from_mm
+        Share of the force that is missing where it has slipped, and from where on.
+    scale
+        By what its forces are wrong throughout.
+    """
+
+    specimen: int = 0
+    lost: float = 0.0
+    from_mm: float = TRAVEL_MM / 2.0
+    scale: float = 1.0
+
+    def force(self, force: Array, at: Array) -> Array:
+        """Return what is recorded in place of a force."""
+        return np.asarray(self.scale * force * np.where(at >= self.from_mm, 1.0 - self.lost, 1.0))
 
 
 def make_dataset(
@@ -88,7 +115,8 @@ def make_dataset(
     travel_mm: float = TRAVEL_MM,
     tests: Sequence[Mapping[str, float]] = ({},),
     noise: float = NOISE_SHARE,
-    broken: int = 0,
+    broken: Sequence[Broken] = (),
+    mistaken: Mapping[str, float] | None = None,
 ) -> None:
     """Write a measured folder: stalks like the published ones, bent by the full simulator.
 
@@ -101,7 +129,7 @@ def make_dataset(
     folder
         To be made.
     secrets
-        What is hidden.
+        What is hidden; of several, one after the other is put in.
     seed
         Of everything random.
     runs
@@ -113,40 +141,43 @@ def make_dataset(
     travel_mm
         Up to which the curves go.
     tests
-        Settings of each test that every specimen is given, as `tests.csv` has them.
+        Settings of each test that every specimen is given, as `tests.csv` has them; effects come on
+        top of these. A stalk does not feel its tests before.
     noise
-        Over the peak force.
+        Its standard deviation over the peak force.
     broken
-        Specimens that slip: from some displacement on their forces are lower by a share.
+        Specimens that are not like the others.
+    mistaken
+        Settings that all tests have, unless they have their own, and nobody noted: for instance
+        ``{"fixture.span_mm": 92.0}`` where `dataset.toml` has 100.
     """
     rng = np.random.default_rng(seed)
-    rows, plain = _stalks(rng, specimens, mesh, travel_mm)
-    hidden = plain
+    rows, stalks = _stalks(rng, specimens, mesh, travel_mm)
+    settings = [{**(mistaken or {}), **test} for test in tests]
+    assignments = [[f"{key}={value!r}" for key, value in each.items()] for each in settings]
+    bent = [[changed(stalk, each) for each in assignments] for stalk in stalks]
     for secret in [secrets] if isinstance(secrets, Secret) else secrets:
-        hidden = secret.apply(hidden, rng)
-    made = [
-        (row, override(test, [f"{key}={value!r}" for key, value in settings.items()]))
-        for row, test in zip(rows, hidden, strict=True)
-        for settings in tests
-    ]
-    curves = simulated(runs, [CurveTask(test) for _, test in made])
+        bent = secret.apply(bent, rng)
+    curves = iter(simulated(runs, [CurveTask(test) for own in bent for test in own]))
     at = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
     (folder / "curves").mkdir(parents=True)
     listed = []
-    for index, ((row, test), curve) in enumerate(zip(made, curves, strict=True)):
-        force = _noisy(recorded(test, curve, at), at, noise, rng)
-        if index < broken * len(tests):
-            share, slip = rng.uniform(0.1, 0.3), rng.uniform(0.3, 0.7) * travel_mm
-            force = np.where(at > slip, (1.0 - share) * force, force)
-        settings = tests[index % len(tests)]
-        number = f"_{1 + index % len(tests)}" if len(tests) > 1 else ""
-        path = f"curves/{row['specimen']}{number}.csv"
-        columns = {key: f"{value:g}" for key, value in settings.items()}
-        listed.append({"specimen": row["specimen"], "curve": path, **columns})
-        lines = zip(at / SPEED_MM_PER_S, at, force, strict=True)
-        text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
-        _write(folder / path, ["time_s", "displacement_mm", "force_N"], text)
+    for specimen, (row, own) in enumerate(zip(rows, bent, strict=True)):
+        for number, (test, told) in enumerate(zip(own, tests, strict=True), start=1):
+            force = recorded(test, next(curves), at)
+            for one in broken:
+                force = one.force(force, at) if one.specimen == specimen else force
+            path = f"curves/{row['specimen']}{f'_{number}' if len(own) > 1 else ''}.csv"
+            _write_curve(folder / path, at, _noisy(force, at, noise, rng))
+            columns = {key: f"{value:g}" for key, value in told.items()}
+            listed.append({"specimen": row["specimen"], "curve": path, **columns})
     _list(folder, rows, listed, tests)
+
+
+def _write_curve(path: Path, at: Array, force: Array) -> None:
+    lines = zip(at / SPEED_MM_PER_S, at, force, strict=True)
+    text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
+    _write(path, ["time_s", "displacement_mm", "force_N"], text)
 
 
 def _list(
@@ -157,7 +188,7 @@ def _list(
 ) -> None:
     """Write the tables of specimens and tests, and what they mean."""
     layout = _layout()
-    if len(tests) == 1:
+    if len(tests) == 1 and not tests[0]:
         rows = [row | {"curve": of["curve"]} for row, of in zip(rows, listed, strict=True)]
     else:
         keys = {key: key for settings in tests for key in settings}

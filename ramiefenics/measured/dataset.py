@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from ramiefenics.measured.changes import changed
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.listing import Listed, list_tests
 from ramiefenics.measured.record import REDUCED, Record, read_record
@@ -64,6 +65,13 @@ class Dataset:
     def range_mm(self) -> tuple[float, float]:
         """Displacements between which curves are compared; some may end before."""
         return self.layout.from_mm, max(record.range_mm[1] for record in self.records)
+
+    def notes(self) -> list[str]:
+        """Return what of the records is not compared."""
+        names = [record.name for record in self.records if not record.after.empty]
+        if not names:
+            return []
+        return [f"what follows the loading is kept, but not compared: {', '.join(names)}"]
 
     def check_starts(self) -> None:
         """Check that every curve has begun where the comparison does.
@@ -124,6 +132,8 @@ def _baseline(folder: Path, layout: Layout) -> BendingTest:
         )
     test = override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
     test.fixture.check_beam(REDUCED)
+    if layout.then:
+        test = replace(test, protocol=replace(test.protocol, then=layout.then))
     return test
 
 
@@ -132,14 +142,19 @@ def _records(
 ) -> Iterator[Record]:
     columns = layout.columns
     specimens = [row.cells[columns.specimen] for row in rows]
+    taken: dict[str, str] = {}
     for index, row in enumerate(rows):
         name = specimen = specimens[index]
         if specimens.count(specimen) > 1:
             number = 1 + specimens[:index].count(specimen)
             name = f"{specimen} {row.cells.get(columns.test) or number}"
-        place = f"{row.place()} ({specimen})"
+        if name in taken:
+            allowed = f"must tell it from {taken[name]}, which is called {name}, too"
+            raise SpecificationError(row.place(columns.test), row.cells.get(columns.test), allowed)
+        taken[name] = row.place()
+        place = f"{row.place()} ({name})"
         try:
-            test = override(baseline, row.settings)
+            test = changed(baseline, row.settings)
         except SpecificationError as error:
             raise error.inside(place) from error
         path = folder / row.cells[columns.curve]
@@ -163,6 +178,6 @@ def _check_together(dataset: Dataset, rows: Sequence[Listed]) -> None:
             raise SpecificationError(
                 "dataset.toml.to_mm",
                 high,
-                f"must be at most {end:g} mm, where the curve of {record.name} ends; lower it or "
-                "take that specimen out",
+                f"must be at most {end:g} mm, where the curve of {record.name} ends; lower it, "
+                "leave it out to compare each curve to its own end, or take that one out",
             )

@@ -7,7 +7,7 @@ from typing import Any
 
 from ramiefenics.measured.seating import Seating
 from ramiefenics.measured.tables import unit_factor
-from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
+from ramiefenics.specification import MeshRecipe, SpecificationError, Target, mesh_recipe
 from ramiefenics.specification.checks import check_number, check_text
 
 
@@ -47,7 +47,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class Units:
-    """Units of the curves' columns, and of the lengths in `specimens.csv`."""
+    """Units of the curves' columns, and of the lengths in `specimens.csv` and `tests.csv`."""
 
     displacement: str = "mm"
     force: str = "N"
@@ -89,7 +89,10 @@ class Layout:
         From keys of the specification to the columns of `specimens.csv` that have their values, for
         instance ``"stalk.void_diameter_mm" = "void_mm"``; the mean of several if a list.
     tests
-        The same for the columns of `tests.csv`: ``"fixture.span_mm" = "span_mm"``.
+        The same for the columns of `tests.csv`: ``"fixture.span_mm" = "span_mm"``. A test's own
+        value comes before its specimen's.
+    then
+        What follows the first loading in every record, unloading or holds; as `Protocol.then`.
     fit
         Common factors fitted before anything is suspected, see `ramiefenics.discovery.factors`.
         By default the axial and transverse moduli of every layer.
@@ -114,6 +117,7 @@ class Layout:
     seating: Seating = field(default_factory=Seating)
     specimens: dict[str, Any] = field(default_factory=dict)
     tests: dict[str, Any] = field(default_factory=dict)
+    then: tuple[Target, ...] = ()
     fit: list[str] = field(default_factory=list)
     fit_sd: float = 0.3
     mesh: MeshRecipe = field(default_factory=lambda: mesh_recipe("screening"))

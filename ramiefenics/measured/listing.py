@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
+from ramiefenics.measured.changes import changes_by_row
 from ramiefenics.measured.layout import Layout, listed
-from ramiefenics.measured.tables import need_columns, numbers, read_table
+from ramiefenics.measured.tables import need_columns, read_table
 from ramiefenics.specification import SpecificationError
 
 SPECIMENS, TESTS = "specimens.csv", "tests.csv"
@@ -47,7 +45,8 @@ def list_tests(folder: Path, layout: Layout) -> list[Listed]:
     Raises
     ------
     SpecificationError
-        If a file has a defect, a specimen occurs twice, has no test, or is not listed.
+        If a file has a defect, a specimen occurs twice, has no test, or is not listed, or a column
+        of `tests.csv` has no place in the specification.
     """
     tested = (folder / TESTS).is_file()
     if layout.tests and not tested:
@@ -56,9 +55,11 @@ def list_tests(folder: Path, layout: Layout) -> list[Listed]:
     _check_once(own, layout)
     if not tested:
         return own
+    _check_curves(own, layout)
     by_name = {row.cells[layout.columns.specimen]: row for row in own}
-    tests = []
-    for row in _read(folder / TESTS, layout, layout.tests, needs_curve=True):
+    rows, tests = _read(folder / TESTS, layout, layout.tests, needs_curve=True), []
+    _check_places(rows, layout)
+    for row in rows:
         name = row.cells[layout.columns.specimen]
         if name not in by_name:
             allowed = f"must be a specimen of {SPECIMENS}"
@@ -75,36 +76,40 @@ def list_tests(folder: Path, layout: Layout) -> list[Listed]:
 
 def _read(path: Path, layout: Layout, mapped: Mapping[str, Any], needs_curve: bool) -> list[Listed]:
     table = read_table(path)
-    sources = {key: listed(value) for key, value in mapped.items()}
-    used = [column for columns in sources.values() for column in columns]
     needed = [layout.columns.specimen, *([layout.columns.curve] if needs_curve else [])]
-    need_columns(path, table, [*needed, *used])
-    values = {column: numbers(path, table, column) for column in used}
+    need_columns(path, table, needed)
+    settings = changes_by_row(path, table, mapped, layout.units.factor("specimens"))
     rows = []
-    for index in range(len(table)):
-        row = table.iloc[index]
+    for index, changes in enumerate(settings):
+        cells = {str(column): cell for column, cell in table.iloc[index].items()}
+        row = Listed(path.name, int(table.index[index]), cells, tuple(changes))
         for column in needed:
-            if not row[column]:
-                where = f"{path.name}, row {row.name}, column {column}"
-                raise SpecificationError(where, row[column], "must not be empty")
-        means = {key: float(np.mean([values[c][index] for c in cs])) for key, cs in sources.items()}
-        rows.append(Listed(path.name, _number(row), _cells(row), _settings(means, layout)))
+            if not cells[column]:
+                allowed = "must not be empty"
+                raise SpecificationError(row.place(f"column {column}"), cells[column], allowed)
+        rows.append(row)
     return rows
 
 
-def _number(row: pd.Series[str]) -> int:
-    return int(str(row.name))
+def _check_curves(specimens: list[Listed], layout: Layout) -> None:
+    """Check that a data set with a list of tests has its curves there only."""
+    for row in specimens:
+        if file := row.cells.get(layout.columns.curve):
+            allowed = f"must be empty, as {TESTS} names the curves"
+            raise SpecificationError(row.place(f"column {layout.columns.curve}"), file, allowed)
 
 
-def _cells(row: pd.Series[str]) -> dict[str, str]:
-    return {str(column): cell for column, cell in row.items()}
-
-
-def _settings(values: Mapping[str, float], layout: Layout) -> tuple[str, ...]:
-    length = layout.units.factor("specimens")
-    settings = [f"{k}={v * (length if k.endswith('_mm') else 1.0)}" for k, v in values.items()]
-    turned = values.get("stalk.rotation_deg", 0.0) != 0.0
-    return (*(["numerics.domain=full"] if turned else []), *settings)
+def _check_places(tests: list[Listed], layout: Layout) -> None:
+    """Check that all columns of `tests.csv` are used: what nobody reads is not the baseline's."""
+    names = layout.columns
+    mapped = [column for columns in layout.tests.values() for column in listed(columns)]
+    for column in tests[0].cells:
+        if column not in ("", names.specimen, names.curve, names.test, *mapped):
+            allowed = (
+                "must be a column that [tests] in dataset.toml gives a place in the "
+                "specification, or be taken out"
+            )
+            raise SpecificationError(f"{TESTS}, heading", column, allowed)
 
 
 def _check_once(rows: list[Listed], layout: Layout) -> None:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from ramiefenics.measured.curve_file import read_curve
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.noise import Array
-from ramiefenics.measured.records import check_columns, check_progress, check_steps
 from ramiefenics.measured.seating import seat
-from ramiefenics.measured.tables import need_columns, numbers, read_table
 from ramiefenics.specification import BendingTest, SpecificationError
 
 log = logging.getLogger(__name__)
@@ -44,6 +43,8 @@ class Record:
         Displacements between which it is compared.
     row
         Cells of `specimens.csv`, and of `tests.csv` if there is one, by column, as text.
+    after
+        Rows of what follows the loading (`test.protocol.then`), as recorded; empty if nothing does.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Record:
     curve: pd.DataFrame
     range_mm: tuple[float, float] = (0.0, 0.0)
     row: Mapping[str, str] = field(default_factory=dict)
+    after: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def at_mm(self) -> Array:
@@ -90,16 +92,21 @@ def read_record(
     SpecificationError
         On the first defect.
     """
-    curve = _curve(path, layout)
+    follows = bool(test.protocol.then)
+    recorded, after = read_curve(path, layout, follows)
     try:
-        curve = seat(curve, layout.seating)
+        curve = seat(recorded, layout.seating)
     except SpecificationError as error:
         raise error.inside(place) from error
     _check_sizes(place, test, curve)
     end = float(curve["displacement_mm"].iloc[-1])
+    if follows:
+        columns = ["displacement_mm", "force_N"]
+        after[columns] += curve[columns].iloc[-1] - recorded[columns].iloc[-1]
+        test = replace(test, protocol=replace(test.protocol, travel_mm=end))
     log.info("%s: %d rows to %.3f mm", names[0], len(curve), end)
     high = end if layout.to_mm is None else layout.to_mm
-    return Record(*names, test, curve, (layout.from_mm, high), row)
+    return Record(*names, test, curve, (layout.from_mm, high), row, after)
 
 
 def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:
@@ -121,30 +128,3 @@ def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:
         if not least <= value <= most:
             allowed = f"must be between {least:g} and {most:g}; check units, span and section"
             raise SpecificationError(f"{place}, {what}", round(value, 6), allowed)
-
-
-def _curve(path: Path, layout: Layout) -> pd.DataFrame:
-    table = read_table(path)
-    columns, units = layout.columns, layout.units
-    need_columns(path, table, [columns.displacement, columns.force])
-    wanted = {"displacement_mm": "displacement", "force_N": "force"}
-    if columns.time in table.columns:
-        wanted["time_s"] = "time"
-    curve = pd.DataFrame(
-        {
-            name: numbers(path, table, getattr(columns, what)) * units.factor(what)
-            for name, what in wanted.items()
-        },
-        table.index,
-    )
-    check_columns(path, curve)
-    check_progress(path, curve)
-    check_steps(path, curve)
-    least, largest = float(curve["force_N"].min()), float(curve["force_N"].max())
-    if largest <= -least:
-        allowed = (
-            f"must be above 0 N, and farther from it than the least, {least:.6g}: compression "
-            "counts positive; turn the sign, or zero the load cell"
-        )
-        raise SpecificationError(f"{path.name}, largest force", largest, allowed)
-    return curve.sort_values("displacement_mm", kind="stable", ignore_index=True)

@@ -60,6 +60,19 @@ def check_columns(path: Path, record: pd.DataFrame) -> None:
             raise SpecificationError(f"{path.name}, force_N", None, allowed)
 
 
+def check_time(path: Path, record: pd.DataFrame) -> None:
+    """Check that the time of a record goes on, if it has any.
+
+    Raises
+    ------
+    SpecificationError
+        If it goes back.
+    """
+    if "time_s" in record:
+        time = record["time_s"]
+        _check_rows(path, time, ~(time.diff() < 0.0), "must not go back; put the rows in order")
+
+
 def check_progress(path: Path, record: pd.DataFrame) -> None:
     """Check that displacement and time of a record go on.
 
@@ -73,9 +86,7 @@ def check_progress(path: Path, record: pd.DataFrame) -> None:
     if number < LEAST_ROWS:
         allowed = f"must be at least {LEAST_ROWS} for a curve"
         raise SpecificationError(f"{path.name}, number of displacements", number, allowed)
-    if "time_s" in record:
-        time = record["time_s"]
-        _check_rows(path, time, ~(time.diff() < 0.0), "must not go back; put the rows in order")
+    check_time(path, record)
     allowed = (
         f"must not go back by more than {100 * BACK:g} % of the range; cut the curve before "
         "unloading"

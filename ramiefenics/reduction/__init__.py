@@ -43,10 +43,10 @@ class Reduction(Result):
     dataset
         What was measured.
     by
-        Column of `specimens.csv` that names the groups; None for one of all.
+        Column of `specimens.csv` or `tests.csv` that names the groups; None for one of all.
     curves
-        One row per specimen: ``specimen``, ``group``, the fields of `CurveNumbers`, the section and
-        what it makes of them.
+        One row per record: its ``specimen``, its name (``record``), ``group``, the fields of
+        `CurveNumbers`, the section and what it makes of them.
     groups
         One row per group and quantity of `QUANTITIES`: mean and intervals, see `describe`.
     seed
@@ -77,9 +77,15 @@ class Reduction(Result):
             )
         nonsense = ~(self.curves["slope_N_per_mm"] > 0.0)
         if nonsense.any():
-            which = ", ".join(self.curves.loc[nonsense, "specimen"])
+            which = ", ".join(self.curves.loc[nonsense, "record"])
             notes.append(f"{which}: no rise from which to take a slope; is the zero force right?")
         notes += self._at_the_start()
+        notes += self.dataset.notes()
+        if self.curves.duplicated(["group", "specimen"]).any():
+            notes.append(
+                "groups have several curves of the same specimen, and intervals take them for "
+                "independent: a column of tests.csv tells tests apart (by)"
+            )
         for column, what in (
             ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
             ("slope_stable", "are bent all along; their initial slopes are averages"),
@@ -136,18 +142,18 @@ class Reduction(Result):
             "dataset_folder": str(self.dataset.folder.resolve()),
             "dataset": to_dict(self.dataset.layout),
             "specification": to_dict(self.dataset.baseline),
-            "specimens": len(self.curves),
+            "specimens": len(self.dataset.specimens),
             "by": self.by,
             "seed": self.seed,
             "units": {name: unit for name, (_, unit) in QUANTITIES.items()},
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return numbers by group and by specimen."""
+        """Return numbers by group and by record."""
         means = "Means of the groups, 95 % confidence intervals, and by which method."
         return {
             "groups": Table(self.groups, means, digits=6),
-            "curves": Table(self.curves, "One row per specimen.", digits=6),
+            "curves": Table(self.curves, "One row per record.", digits=6),
         }
 
     def figures(self) -> dict[str, Picture]:
@@ -176,7 +182,7 @@ def reduce_dataset(
     dataset
         Measured data, or their folder.
     by
-        Column of `specimens.csv` that names the groups.
+        Column of `specimens.csv` or `tests.csv` that names the groups.
     seed
         Of the resampling behind bootstrap intervals.
 
@@ -191,11 +197,13 @@ def reduce_dataset(
     for record in dataset.records:
         if by is not None and by not in record.row:
             there = ", ".join(record.row)
-            raise SpecificationError("by", by, f"must be a column of specimens.csv ({there})")
+            allowed = f"must be a column of specimens.csv or tests.csv ({there})"
+            raise SpecificationError("by", by, allowed)
         numbers = reduce_curve(record.curve)
         rows.append(
             {
-                "specimen": record.name,
+                "specimen": record.specimen,
+                "record": record.name,
                 "group": ALL if by is None else record.row[by],
                 **dataclasses.asdict(numbers),
                 **reduce_section(record, numbers),

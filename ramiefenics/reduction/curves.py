@@ -104,15 +104,18 @@ def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
 def reduce_section(record: Record, numbers: CurveNumbers) -> dict[str, float]:
     """Return what the section makes of force and slope, MPa.
 
-    ``strength_MPa`` is for the section as specified, ``strength_turned_MPa`` as if it had lain on
-    its other diameter: the range where nobody wrote down which one faced the indenter. The moduli
-    are apparent: each puts the whole deflection down to one cause.
+    ``strength_MPa`` is for the section as specified, turned to the nearest right angle,
+    ``strength_turned_MPa`` as if it had lain on its other diameter: the range where nobody wrote
+    down which one faced the indenter. The moduli are apparent: each puts the whole deflection down
+    to one cause.
     """
     stalk = record.test.stalk
     beam = record.test.fixture.check_beam("strengths and moduli are")
     span, inner_span = beam.supports_mm, beam.indenters_mm
     arms = 2.0 * beam.arm_mm  # moment and shear force are those of three-point bending over both
     outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm
+    if round(stalk.rotation_deg / 90.0) % 2:
+        outer, inner, height = height, inner * height / outer, outer
     upright = equations.section_modulus(outer, inner, height)
     turned = equations.section_modulus(height, inner * height / outer, outer)
     slope = numbers.slope_N_per_mm

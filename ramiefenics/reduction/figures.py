@@ -26,7 +26,7 @@ SHOWN = ("slope_N_per_mm", "peak_N", "energy_to_peak_Nmm", "strength_MPa")
 def curves_by_group_figure(reduction: Reduction) -> Figure:
     """Draw all curves, a panel per group, with mean and standard deviation.
 
-    The mean begins where all have begun, and goes as far as half of the specimens do; it is dashed
+    The mean begins where all have begun, and goes as far as half of the curves do; it is dashed
     where the first has ended.
     """
     records = zip(reduction.curves["group"], reduction.dataset.records, strict=True)
@@ -42,7 +42,7 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
         for axes, (group, members) in zip(panels.flat, groups.items(), strict=False):
             _curves(axes, members)
             number = len(members)
-            title = f"{number} specimens" if group == ALL else f"{group}, n = {number}"
+            title = f"{number} curves" if group == ALL else f"{group}, n = {number}"
             axes.set_title(title, fontsize=10)
         for axes in panels.flat[len(groups) :]:
             axes.set_visible(False)
@@ -69,7 +69,7 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
 def _curves(axes: Axes, records: list[Record]) -> None:
     for index, record in enumerate(records):
         curve = record.curve
-        label = "one specimen" if index == 0 else None
+        label = "one curve" if index == 0 else None
         axes.plot(
             curve["displacement_mm"], curve["force_N"], color=GREY, lw=0.5, alpha=0.6, label=label
         )
@@ -94,7 +94,7 @@ def _force(curve: pd.DataFrame, at: Array) -> Array:
 
 
 def quantities_by_group_figure(reduction: Reduction) -> Figure:
-    """Draw slope, peak, energy and strength of every specimen, with the groups' means."""
+    """Draw slope, peak, energy and strength of every curve, with the groups' means."""
     groups = reduction.names
     with mpl.rc_context(STYLE):
         width = max(6.0, 2.4 + 0.8 * 2 * len(groups))
@@ -115,7 +115,7 @@ def _quantity(axes: Axes, reduction: Reduction, quantity: str, groups: list[str]
         values = reduction.curves.loc[reduction.curves["group"] == group, quantity].to_numpy()
         # evenly spread by rank: points apart from each other, and the same at every run
         beside = 0.16 * (2.0 * ((np.arange(len(values)) * 0.618034) % 1.0) - 1.0)
-        label = "one specimen" if place == 0 else None
+        label = "one curve" if place == 0 else None
         order = np.argsort(values)
         axes.plot(
             place + beside, values[order], "o", ms=3, color=GREY, alpha=0.6, mew=0, label=label

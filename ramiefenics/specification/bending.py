@@ -11,7 +11,7 @@ from ramiefenics.specification.errors import SpecificationError
 from ramiefenics.specification.fixture import Fixture
 from ramiefenics.specification.general_fixture import GeneralFixture
 from ramiefenics.specification.machine import Machine
-from ramiefenics.specification.numerics import Numerics
+from ramiefenics.specification.numerics import DOMAINS, Numerics
 from ramiefenics.specification.protocol import Protocol
 from ramiefenics.specification.stalk import Stalk
 
@@ -103,23 +103,28 @@ class BendingTest:
             allowed += f"the radius {farthest:g} mm would touch the stalk in several places"
             raise SpecificationError("stalk.curvature_per_m", curvature, allowed)
 
-    def _check_symmetry(self) -> None:
-        """Check that what the model leaves out is the mirror image of what it has."""
-        domain = self.numerics.domain
+    @property
+    def least_domain(self) -> tuple[str, str]:
+        """The smallest domain whose mirror images are the rest, and what has no smaller one."""
         for name, value in (
             ("rotation_deg", self.stalk.rotation_deg),
             ("tissue.fibre_angle_deg", self.stalk.tissue.fibre_angle_deg),
         ):
-            if value != 0.0 and domain != "full":
-                allowed = f"must be full for a stalk with {name}, which has no symmetry along X"
-                raise SpecificationError("numerics.domain", domain, allowed)
-        if domain != "quarter":
-            return
+            if value != 0.0:
+                return "full", f"stalk with {name}, which has no symmetry along X"
         for what, skew in (
             ("stalk with taper", self.stalk.taper != 0.0),
             ("stalk with a node off midspan", self.stalk.node_mm and self.stalk.node_at_mm != 0.0),
             ("fixture that differs at Z and -Z", not self.fixture.symmetric),
         ):
             if skew:
-                allowed = f"must be half or full for a {what}, which has no symmetry along Z"
-                raise SpecificationError("numerics.domain", domain, allowed)
+                return "half", f"{what}, which has no symmetry along Z"
+        return "quarter", ""
+
+    def _check_symmetry(self) -> None:
+        """Check that what the model leaves out is the mirror image of what it has."""
+        domain, (least, what) = self.numerics.domain, self.least_domain
+        if DOMAINS.index(domain) < DOMAINS.index(least):
+            sufficient = " or ".join(DOMAINS[DOMAINS.index(least) :])
+            allowed = f"must be {sufficient} for a {what}"
+            raise SpecificationError("numerics.domain", domain, allowed)

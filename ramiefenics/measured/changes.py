@@ -1,0 +1,67 @@
+"""What columns of a table change in the specification."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.measured.layout import listed
+from ramiefenics.measured.tables import need_columns, numbers
+from ramiefenics.specification import BendingTest, override
+from ramiefenics.specification.numerics import DOMAINS
+
+PATH = "protocol.then"
+"""The only key whose column has no numbers: a list as in TOML, or nothing."""
+
+
+def changes_by_row(
+    path: Path, table: pd.DataFrame, keys: Mapping[str, Any], length: float
+) -> list[list[str]]:
+    """Return what each row of a table changes, as `override` takes it.
+
+    Parameters
+    ----------
+    path, table
+        See `read_table`.
+    keys
+        From keys of the specification to the column that has their values, or to several, whose
+        mean it is.
+    length
+        What the table's unit of length is worth in mm.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such column, or a cell is no number.
+    """
+    columns = {key: listed(value) for key, value in keys.items()}
+    need_columns(path, table, [name for names in columns.values() for name in names])
+    changes: list[list[str]] = [[] for _ in range(len(table))]
+    for key, names in columns.items():
+        if key == PATH:
+            values = [cell or "[]" for cell in table[names[0]]]
+        else:
+            unit = length if key.endswith("_mm") else 1.0
+            means = np.mean([numbers(path, table, name) for name in names], axis=0)
+            values = [repr(unit * float(mean)) for mean in means]
+        for row, value in zip(changes, values, strict=True):
+            row.append(f"{key}={value}")
+    return changes
+
+
+def changed(test: BendingTest, changes: Iterable[str]) -> BendingTest:
+    """Return the test with values changed, and on a larger domain if they need one.
+
+    Raises
+    ------
+    SpecificationError
+        On an unknown key or a value that is refused.
+    """
+    whole = override(test, [*changes, "numerics.domain=full"])
+    domain = max(test.numerics.domain, whole.least_domain[0], key=DOMAINS.index)
+    return replace(whole, numerics=replace(whole.numerics, domain=domain))
