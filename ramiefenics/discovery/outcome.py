@@ -218,6 +218,7 @@ class Discovery(Result):
             f"{100 * mesh:+.1f} % of the peak, as a finer mesh shows; of what the "
             f"fit leaves, up to {100 * left:+.1f} % is put down to mesh and "
             "simulator.",
+            *self.dataset.notes(),
             self.effort.told(),
         ]
 
