@@ -145,4 +145,9 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
         stalk = dataclasses.replace(stalk, measured_at_mm=0.0)
     mesh = dataclasses.replace(test.numerics.mesh, name="")
     numerics = dataclasses.replace(test.numerics, acoustic_check=False, mesh=mesh)
+    round_section = stalk.section_height_mm is None and stalk.void_offset_mm == 0.0
+    if stalk.rotation_deg != 0.0 and round_section:  # the same from all sides
+        stalk = dataclasses.replace(stalk, rotation_deg=0.0)
+        least, _ = dataclasses.replace(test, stalk=stalk).least_domain
+        numerics = dataclasses.replace(numerics, domain=least)
     return dataclasses.replace(test, stalk=stalk, machine=Machine(), numerics=numerics), factor
