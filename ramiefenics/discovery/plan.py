@@ -130,7 +130,8 @@ class Plan(Result):
         return {
             "smallest": Picture(
                 partial(figures.smallest_figure, self),
-                "Smallest amplitudes that are found in 95 % of data sets, over the typical ones.",
+                "Smallest amplitudes that are found in 95 % of data sets, over the typical ones; "
+                "without a mark: not found within the bounds, or beyond the figure.",
             ),
             "mistaken": Picture(
                 partial(figures.mistaken_figure, self),

@@ -5,21 +5,24 @@ from __future__ import annotations
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from ramiefenics.discovery.plan import Plan
 from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY)
 MARKERS = "osD^v"
-LARGEST = 10.0
-"""Typical amplitudes beyond which nothing is drawn."""
+SMALLEST, LARGEST = 0.08, 12.0
+"""Typical amplitudes between which is drawn."""
+
+TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 def smallest_figure(plan: Plan) -> Figure:
     """Draw the smallest amplitudes that are found, for each choice of tests."""
     names = list(plan.alone.smallest)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.5, 1.2 + 0.27 * len(names)), layout="constrained")
+        figure = Figure(figsize=(6.5, 1.8 + 0.27 * len(names)), layout="constrained")
         axes = figure.subplots()
         for number, (what, found) in enumerate(plan.powers.items()):
             shares = [abs(found.smallest[n] / plan.effects[n].typical) for n in names]
@@ -30,10 +33,13 @@ def smallest_figure(plan: Plan) -> Figure:
             )
         axes.axvline(1.0, color="k", lw=1.0, ls="--")
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+        axes.set_ylim(-0.7, len(names) - 0.3)
         axes.set_xscale("log")
-        axes.set_xlim(right=LARGEST)
+        axes.set_xlim(SMALLEST, LARGEST)
+        axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlabel("Smallest amplitude that is found, over the typical one")
-        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.1), frameon=False)
+        figure.legend(fontsize=8, loc="outside upper center", frameon=False)
     return figure
 
 
@@ -47,5 +53,5 @@ def mistaken_figure(plan: Plan) -> Figure:
         image = axes.imshow(np.abs(plan.alone.cosines), cmap="cividis", vmin=0.0, vmax=1.0)
         axes.set_xticks(range(len(names)), names, rotation=90)
         axes.set_yticks(range(len(names)), names)
-        figure.colorbar(image, label="Cosine of signatures, absolute", shrink=0.8)
+        figure.colorbar(image, label="Cosine (absolute)", shrink=0.8)
     return figure
