@@ -25,7 +25,7 @@ from record import DOCS, read_record, table, write_record
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import find_causes
 from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
-from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.evidence import Evidence, Suspect
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.power import predicted_evidence, repeated
@@ -40,6 +40,10 @@ from ramiefenics.specification import override
 STALKS, FIT_SD, OWN, DRIFT = 8, 0.1, 0.05, 0.003
 SHORT = "fixture.span_mm=70"
 AMPLITUDES, NOISES = (0.5, 1.0, 2.0), (0.01, 0.03)
+VISIBLE = 0.002
+"""Share of the peak that an effect of typical size has to change: alike stalks show no effect that
+is one between stalks."""
+
 NULLS, PAIRS, UNLISTED, BROKEN, TWICE = 200, 40, 40, 20, 40
 
 
@@ -268,6 +272,11 @@ def figure(records: dict[str, dict[str, Any]]) -> Figure:
     return drawn
 
 
+def _change(suspect: Suspect) -> float:
+    """Return the largest change that the typical amplitude makes, over the peak."""
+    return float(np.abs(suspect.effect.typical * suspect.signature).max())
+
+
 def main() -> None:
     """Run what is not recorded yet."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -278,7 +287,7 @@ def main() -> None:
         runs = Runs(executor=pool)
         both = [test, override(test, [SHORT])]
         one = predicted_evidence(both, EFFECTS, FIT_SD, runs)
-        seen = {n: s for n, s in one.suspects.items() if np.abs(s.signature).max() > 0.0}
+        seen = {n: s for n, s in one.suspects.items() if _change(s) > VISIBLE}
         one = replace(one, suspects=seen)
         todo = dict(itertools.islice(cases(one.names), arguments.cases))
         records = {k: v for k, v in read_record("discovery_statistics").items() if k in todo}
