@@ -13,14 +13,18 @@ import pandas as pd
 from ramiefenics.discovery.findings import with_space
 from ramiefenics.discovery.power import Design, Power, power, predicted_evidence, repeated
 from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.measured.changes import changed
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
-from ramiefenics.specification import BendingTest, override
+from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict, value_at
 
 SHARES = {"fixture.span_mm": 0.7, "fixture.indenter_radius_mm": 2.0}
 """What other tests have by default, over what the standard test has."""
+
+HELPS = 1.0
+"""Log-evidence between two effects that a second test has to add, to be worth making."""
 
 ALIKE = 0.9
 """Cosine from which on effects are mistaken for one another."""
@@ -58,8 +62,12 @@ class Plan(Result):
     @property
     def next_experiment(self) -> str:
         """The other test that tells most effects apart; the standard test if none helps."""
-        each = self.powers
-        return max(each, key=lambda name: (each[name].told_apart, each[name].weakest))
+        each, alone = self.powers, self.alone
+        best = max(each, key=lambda name: (each[name].told_apart, each[name].weakest))
+        more = each[best].told_apart > alone.told_apart
+        if more or each[best].weakest > alone.weakest + HELPS:
+            return best
+        return next(iter(each))
 
     @property
     def title(self) -> str:
@@ -181,7 +189,7 @@ def plan(
             return plan(test, others, design, effects, Runs(executor=pool))
     design = Design() if design is None else design
     given = _default_others(test) if others is None else others
-    tests = [test, *(override(test, settings) for settings in given)]
+    tests = [test, *(changed(test, settings) for settings in given)]
     evidence = predicted_evidence(tests, effects, design.fit_sd, runs)
     choices = {"alone": [0]} | {" ".join(o): [0, i] for i, o in enumerate(given, start=1)}
     powers = {

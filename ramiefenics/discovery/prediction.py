@@ -176,10 +176,10 @@ class Predictor:
         along = self._along(model, tests, {name: suspects[name] for name in moved})
         moved = {name: some for name, some in moved.items() if name not in along}
         tasks = [
-            self._task(i, test, (*model.factors, *(some[i].direction for some in along.values())))
+            self._task(test, (*model.factors, *(some[i].direction for some in along.values())))
             for i, test in enumerate(tests)
         ]
-        beside = [self._task(i, t) for some in moved.values() for i, t in enumerate(some)]
+        beside = [self._task(t) for some in moved.values() for t in some]
         done = self._runs.map([*tasks, *beside])  # the longest first, so that all end together
         raw = [each.result() for each in done[: len(tasks)]]
         curves = self._extrapolated(raw, model)
@@ -205,7 +205,7 @@ class Predictor:
     def confirm(self, curves: Linearised, runs: Mapper) -> Linearised:
         """Return the same with the forces of every curve simulated, none of them learned."""
         tests = self._with(curves.model)
-        raw = simulated(runs, [self._task(i, test) for i, test in enumerate(tests)])
+        raw = simulated(runs, [self._task(test) for test in tests])
         force = self._read(tests, self._extrapolated(raw, curves.model))
         by_cells = force - self._read(tests, raw)
         return dataclasses.replace(curves, force=force, mesh_correction=by_cells)
@@ -255,8 +255,8 @@ class Predictor:
                     found[name] = [change for change in changes if change is not None]
         return found
 
-    def _task(self, index: int, test: BendingTest, factors: tuple[Change, ...] = ()) -> CurveTask:
-        travel = float(self._at[index, -1])
+    def _task(self, test: BendingTest, factors: tuple[Change, ...] = ()) -> CurveTask:
+        travel = float(self._at.max())  # the same for all, so that they learn from one another
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )
@@ -310,7 +310,7 @@ class Predictor:
         """Return relative changes of the first curves' forces on a finer mesh."""
         plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
         finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
-        tasks = [self._task(i, test) for some in (plain, finely) for i, test in enumerate(some)]
+        tasks = [self._task(test) for some in (plain, finely) for test in some]
         curves = simulated(self._runs, tasks)
         coarse = self._read(plain, curves[: len(plain)])
         fine = self._read(finely, curves[len(plain) :])
