@@ -9,6 +9,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.findings import findings
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
+from ramiefenics.discovery.verdict import decide
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
 GROUPS = {"cause": (("taper",),), "ambiguous": (("taper", "pith_core"),)}
@@ -111,7 +112,25 @@ def test_broken_specimens_are_named_in_the_lead():
 
 def test_the_unknown_says_what_came_nearest():
     first = findings(found("unknown"))[0]
-    assert "no set of the suspects explains it" in first
+    assert "no set of the suspects explains it well enough to be named" in first
     assert "the fit of the factors" in first  # nothing was suspected
     near = found("unknown", amplitudes={"taper": 0.01, "pith_core": 1.0})
     assert "the most probable of them (taper and pith core)" in findings(near)[0]
+
+
+@pytest.mark.parametrize(
+    ("p", "misfit", "conflict", "groups", "alone", "expected"),
+    [
+        (0.5, 0.5, 0.5, [], False, "none"),
+        (0.5, 0.5, 1e-4, [], False, "conflict"),
+        (1e-4, 0.5, 0.5, [("taper",)], False, "cause"),
+        (1e-4, 0.5, 1e-4, [("taper",), ("pith_core",)], False, "cause"),
+        (1e-4, 0.5, 0.5, [("taper",), ("pith_core", "node")], False, "ambiguous"),
+        (1e-4, 1e-4, 0.5, [("taper",)], False, "unknown"),
+        (1e-4, 0.5, 0.5, [], False, "unknown"),  # significant, but nobody in particular
+        (1e-4, 0.5, 0.5, [], True, "none"),  # one specimen alone speaks for it
+        (0.5, 1e-4, 1e-4, [], False, "unknown"),
+    ],
+)
+def test_verdicts(p, misfit, conflict, groups, alone, expected):
+    assert decide(p, misfit, conflict, groups, alone) == expected

@@ -50,8 +50,8 @@ def _verdict(found: Discovery) -> str:
         )
     if found.verdict == "unknown":
         return (
-            f"Something is missing, and no set of the suspects explains it (what {_left(found)} "
-            f"leaves has p = {found.misfit_p_value:.2g})."
+            f"Something is missing ({p}), and no set of the suspects explains it well enough to be "
+            f"named (what {_left(found)} leaves has p = {found.misfit_p_value:.2g})."
         )
     return f"{_named(found, p)} {_predictions(found)}"
 

@@ -215,7 +215,8 @@ class _Inquiry:
         conflict = last.conflict()
         gain, shape = (None, None) if extended is None else self._gains(baseline.fit, last)
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
-        verdict = decide(p_value, left, conflict, groups)
+        alone = extended is not None and len(groups) < len(causes.groups())
+        verdict = decide(p_value, left, conflict, groups, alone)
         return Discovery(
             dataset=self._dataset,
             observed=self._observed,

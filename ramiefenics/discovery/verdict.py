@@ -26,7 +26,11 @@ VERDICTS = {
 
 
 def decide(
-    p_value: float, misfit: float, conflict: float, groups: Sequence[tuple[str, ...]]
+    p_value: float,
+    misfit: float,
+    conflict: float,
+    groups: Sequence[tuple[str, ...]],
+    alone: bool = False,
 ) -> str:
     """Return the verdict.
 
@@ -40,11 +44,15 @@ def decide(
         Probability of the fitted factors.
     groups
         Of effects of each of which one is there.
+    alone
+        Whether there was a group besides that only one specimen speaks for.
     """
     if misfit < SIGNIFICANCE:
         return "unknown"
     if p_value < SIGNIFICANCE and groups:
         return "cause" if all(len(group) == 1 for group in groups) else "ambiguous"
+    if p_value < SIGNIFICANCE and not alone:
+        return "unknown"  # too many suspects would each explain a part
     return "conflict" if conflict < SIGNIFICANCE else "none"
 
 
