@@ -68,7 +68,7 @@ def suspects_figure(found: Discovery) -> Figure:
         left.set_xlim(0.0, 1.0)
         left.set_xlabel("Probability that it is there")
         right.barh(labels, [100.0 * found.limits[n].share for n in names], color=colours)
-        right.set_xlabel("Largest that is not excluded (% of peak force)")
+        right.set_xlabel("Largest not excluded (% of peak)")
         for axes in (left, right):
             axes.grid(axis="y", visible=False)
     return figure

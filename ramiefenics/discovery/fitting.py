@@ -148,6 +148,12 @@ class Fitter:
             evidence, causes = self.compare(curves, effects, causes.best)
         return Fitted(curves, Fit(evidence, causes.best, causes.scatter)), causes
 
+    def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
+        """Return a fit in which certain specimens are taken for broken."""
+        evidence = dataclasses.replace(fitted.fit.evidence, broken=broken)
+        scatter = fit_scatter(evidence, fitted.fit.chosen)
+        return dataclasses.replace(fitted, fit=Fit(evidence, fitted.fit.chosen, scatter))
+
     def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect], runs: Mapper) -> Fitted:
         """Fit again near the same parameters, with every curve simulated."""
         curves = self._predictor.confirm(fitted.curves, runs)

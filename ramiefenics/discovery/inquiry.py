@@ -119,6 +119,7 @@ class _Inquiry:
                 self._stage("confirming", 2 * number)
                 baseline = self._fitter.confirmed(baseline, {}, self._runs.runs)
                 extended = self._fitter.confirmed(extended, seen, self._runs.runs)
+            baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
         return self._discovery(baseline, nothing, extended, causes, p_value, before)
 
     def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
