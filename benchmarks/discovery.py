@@ -52,7 +52,7 @@ def run(secret: Secret, seed: int) -> dict[str, Any]:
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         verdict = json.loads((out / "verdict.json").read_text())
         wall = time.perf_counter() - start
-    kept = ("verdict", "causes", "amplitudes", "p_value", "misfit_p_value", "scores")
+    kept = ("verdict", "causes", "amplitudes", "p_value", "misfit_p_value", "probabilities")
     gains = ("gain", "shape_gain")
     return {
         "hidden": None if secret.effect is None else secret.effect.name,
