@@ -158,7 +158,7 @@ def test_an_effect_of_the_users_own_file_that_remembers(
 def test_that_effect_bends_a_stalk_and_back(
     effects: str, coarse: rf.BendingTest, tmp_path: Path
 ) -> None:
-    path = ["protocol.travel_mm=2", "protocol.then=[0.5]", "numerics.acoustic_check=false"]
+    path = ["protocol.travel_mm=2", "protocol.then=[{to_mm=0.5}]", "numerics.acoustic_check=false"]
     effect = load_effects(tmp_path / "tearing.py")["tearing"]
     result = rf.simulate(effect.apply(rf.override(coarse, path), 0.8), MPI.COMM_SELF)
     assert result.completed, result.ending.reason
