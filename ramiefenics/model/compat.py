@@ -7,12 +7,19 @@ and `mesh.create_mesh` takes coordinates and element in the other order, so ours
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Sequence
 from typing import Any
 
+import cffi
 import dolfinx
 import numpy as np
+from dolfinx import fem
 from dolfinx import mesh as dmesh
+from dolfinx.fem.forms import CompiledForm, get_integration_domains
 from numpy.typing import NDArray
+
+from ramiefenics.model.structure import Structure
 
 try:  # dolfinx >= 0.10
     from dolfinx.io import gmsh as _gmshio
@@ -77,3 +84,63 @@ def evaluate_on_facets(expression: Any, mesh: dmesh.Mesh, facets: NDArray[np.int
     """
     # dolfinx 0.9 wants the pairs one behind the other
     return expression.eval(mesh, facets.ravel() if VERSION.startswith("0.9.") else facets)
+
+
+def form_with(compiled: CompiledForm, parts: Structure) -> fem.Form:
+    """Return a form that has been compiled with the mesh and the data of its statement in UFL.
+
+    Parameters
+    ----------
+    compiled
+        The form; its code may be that of another of the same structure.
+    parts
+        Of its statement.
+    """
+    kernel, by_type = compiled.ufcx_form, compiled.ufl_form.subdomain_data()[parts.domain]
+    subdomains = {}
+    for name, tags in by_type.items():
+        kind = getattr(fem.IntegralType, name)
+        first, behind = kernel.form_integral_offsets[kind.value : kind.value + 2]
+        ids = {kernel.form_integral_ids[i] for i in range(first, behind)} - {-1}  # everywhere
+        subdomains[kind] = get_integration_domains(kind, tags[0], sorted(ids))
+    used = [
+        parts.coefficients[kernel.original_coefficient_positions[i]]
+        for i in range(kernel.num_coefficients)
+    ]
+    # dolfinx 0.9 names them by where the keys are in the statement, of which some are not used
+    keys = parts.coefficients if VERSION.startswith("0.9.") else used
+    return fem.create_form(
+        compiled,
+        [argument.ufl_function_space() for argument in parts.arguments],
+        dmesh.Mesh(parts.mesh, parts.domain),
+        subdomains,
+        dict(zip(keys, used, strict=False)),
+        {constant: constant for constant in parts.constants},
+    )
+
+
+def expression_with(
+    compiled: fem.Expression,
+    coefficients: Sequence[fem.Function],
+    constants: Sequence[fem.Constant],
+) -> fem.Expression:
+    """Return an expression without arguments that has been compiled, with other data.
+
+    Parameters
+    ----------
+    compiled
+        The expression.
+    coefficients, constants
+        The data in the order of its code.
+    """
+    ffi, kernel = cffi.FFI(), compiled.ufcx_expression
+    # dolfinx >= 0.11 takes maps to other meshes, then, like the others, the space of an argument
+    last: tuple = (None,) if VERSION.startswith(("0.9.", "0.10.")) else ([], None)
+    expression = copy.copy(compiled)
+    expression._cpp_object = dolfinx.cpp.fem.create_expression_float64(
+        int(ffi.cast("uintptr_t", ffi.addressof(kernel))),
+        [coefficient._cpp_object for coefficient in coefficients],
+        [constant._cpp_object for constant in constants],
+        *last,
+    )
+    return expression

@@ -1,4 +1,8 @@
-"""The form compiler: its options, the same for every form, and its cache."""
+"""The form compiler: its options, the same for every form, and what it has compiled.
+
+Simulations differ in mesh and data, hardly in their forms. What is compiled is kept twice: on disk
+by FFCx, for all processes, and in this process, which spares the analysis by which FFCx finds it.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +10,24 @@ import fcntl
 import hashlib
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+from ufl.algorithms.analysis import extract_coefficients, extract_constants
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.corealg.map_dag import map_expr_dag
 from ufl.corealg.multifunction import MultiFunction
-from ufl.domain import extract_unique_domain
+
+from ramiefenics.model.compat import expression_with, form_with
+from ramiefenics.model.structure import Structure
 
 
 def _processor() -> str:
@@ -52,13 +63,13 @@ JIT_OPTIONS = {
 
 
 @contextmanager
-def _compiling(domain: Any) -> Iterator[None]:
+def _compiling(comm: MPI.Comm) -> Iterator[None]:
     """Clear away what killed compilations have left, which would block all later ones.
 
     FFCx marks a form that is being compiled by its C file. Under a lock, which ends with its
     process, such a file without its product has been abandoned.
     """
-    if domain.ufl_cargo().comm.rank != 0:  # the other ranks only load
+    if comm.rank != 0:  # the other ranks only load
         yield
         return
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -71,10 +82,42 @@ def _compiling(domain: Any) -> Iterator[None]:
         yield
 
 
-def compile_form(form: Any) -> Any:
-    """Compile a UFL form, or take it from the cache."""
-    with _compiling(form.ufl_domain()):
-        return fem.form(form, jit_options=JIT_OPTIONS)
+@dataclass(frozen=True)
+class _Expression:
+    """A compiled expression, whatever its data.
+
+    Attributes
+    ----------
+    compiled
+        The expression, without data.
+    coefficients, constants
+        Which ones its code takes of those that are stated, in its order.
+    """
+
+    compiled: fem.Expression
+    coefficients: list[int]
+    constants: list[int]
+
+
+_forms: dict[Hashable, fem.forms.CompiledForm] = {}
+_expressions: dict[Hashable, _Expression] = {}
+"""What this process has compiled, by structure."""
+
+
+def _all_have(kept: Mapping[Hashable, Any], key: Hashable, comm: MPI.Comm) -> bool:
+    """Return whether no rank has to compile: if one has, all take part."""
+    return bool(comm.allreduce(key in kept, op=MPI.LAND))
+
+
+def compile_form(form: Any) -> fem.Form:
+    """Compile a UFL form, or take what this process has compiled, or the cache; collective."""
+    parts = Structure(form)
+    comm, key = parts.mesh.comm, parts.signature
+    if not _all_have(_forms, key, comm):
+        with _compiling(comm):
+            compiled = fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
+        _forms[key] = replace(compiled, ufl_form=None)  # mesh and data are not kept
+    return form_with(replace(_forms[key], ufl_form=form), parts)
 
 
 class _WithoutVariables(MultiFunction):
@@ -87,13 +130,34 @@ class _WithoutVariables(MultiFunction):
         return operand
 
 
-def compile_expression(expression: Any, points: Any) -> fem.Expression:
-    """Compile a UFL expression at points of the reference cell, or take it from the cache.
+def compile_expression(expression: Any, points: NDArray[np.float64]) -> fem.Expression:
+    """Compile a UFL expression at points of the reference cell, or take it as `compile_form` does.
 
     Derivatives are applied here because the running number of a `ufl.variable` would otherwise
-    enter the expression's signature, and with it every one would be compiled anew.
+    enter the expression's signature on disk, and with it every one would be compiled anew.
     """
-    expression = apply_derivatives(apply_algebra_lowering(expression))
-    expression = map_expr_dag(_WithoutVariables(), expression)
-    with _compiling(extract_unique_domain(expression)):
-        return fem.Expression(expression, points, jit_options=JIT_OPTIONS)
+    parts = Structure(expression)
+    comm, key = parts.mesh.comm, (parts.signature, points.shape, points.tobytes())
+    if not _all_have(_expressions, key, comm):
+        with _compiling(comm):
+            _expressions[key] = _compiled(expression, parts, points)
+    known = _expressions[key]
+    return expression_with(
+        known.compiled,
+        [parts.coefficients[i] for i in known.coefficients],
+        [parts.constants[i] for i in known.constants],
+    )
+
+
+def _compiled(expression: Any, parts: Structure, points: NDArray[np.float64]) -> _Expression:
+    derived = apply_derivatives(apply_algebra_lowering(expression))
+    derived = map_expr_dag(_WithoutVariables(), derived)
+    compiled = fem.Expression(derived, points, jit_options=JIT_OPTIONS)
+    code, left = compiled.ufcx_expression, extract_coefficients(derived)
+    used = (left[code.original_coefficient_positions[i]] for i in range(code.num_coefficients))
+    compiled._ufl_expression = compiled._cpp_object = None  # mesh and data are not kept
+    return _Expression(
+        compiled,
+        [parts.coefficients.index(coefficient) for coefficient in used],
+        [parts.constants.index(constant) for constant in extract_constants(derived)],
+    )
