@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import fcntl
+import hashlib
+import os
+import pickle
 import warnings
 from collections.abc import Callable
 
@@ -14,6 +18,9 @@ from mpi4py import MPI
 from ramiefenics import BendingResult, BendingTest, override, ramie, simulate
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.solve.result import Statistics
+from ramiefenics.specification.files import dump_test
+
+Simulate = Callable[[BendingTest], BendingResult]
 
 
 @pytest.fixture(autouse=True)
@@ -44,9 +51,32 @@ def coarse(screening: BendingTest) -> BendingTest:
 
 
 @pytest.fixture(scope="session")
-def bent(screening: BendingTest) -> BendingResult:
-    """The whole travel at screening resolution, on one rank."""
-    return simulate(screening, comm=MPI.COMM_SELF)
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Simulate:
+    """Simulate on one rank, a test once for all that ask, in whichever of pytest's processes."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+
+    results: dict[str, BendingResult] = {}
+
+    def run(test: BendingTest) -> BendingResult:
+        name = hashlib.sha256(dump_test(test).encode()).hexdigest()
+        if name not in results:
+            kept = folder / f"{name}.pickle"
+            with (folder / f"{name}.lock").open("w") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                if not kept.exists():
+                    kept.write_bytes(pickle.dumps(simulate(test, comm=MPI.COMM_SELF)))
+            results[name] = pickle.loads(kept.read_bytes())
+        return results[name]
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def bent(screening: BendingTest, simulated: Simulate) -> BendingResult:
+    """The whole travel at screening resolution."""
+    return simulated(screening)
 
 
 @pytest.fixture

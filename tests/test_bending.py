@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
-
+import dolfinx
 import numpy as np
 import pytest
+from conftest import Simulate
 from mpi4py import MPI
 
 from ramiefenics import BendingResult, BendingTest, override, published_test, simulate
+from ramiefenics.model import jit
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables
 from ramiefenics.model.tube import build_tube
@@ -66,14 +67,14 @@ def test_section_flattens_and_widens_under_the_indenter(bent: BendingResult) -> 
 @pytest.mark.parametrize("domain", ["half", "full"])
 @pytest.mark.parametrize("friction", [0.12, pytest.param(0.0, marks=pytest.mark.slow)])
 def test_half_and_full_model_give_the_quarter_models_force(
-    coarse: BendingTest, domain: str, friction: float
+    coarse: BendingTest, simulated: Simulate, domain: str, friction: float
 ) -> None:
     """Without friction nothing but the tangent's shift holds the full stalk."""
     test = override(
         coarse, [f"fixture.friction.static={friction}", f"fixture.friction.dynamic={friction}"]
     )
     whole = override(test, [f"numerics.domain={domain}"])
-    quarter, other = simulate(test, MPI.COMM_SELF), simulate(whole, MPI.COMM_SELF)
+    quarter, other = simulated(test), simulated(whole)
     assert other.completed
     # the same discrete problem: equal to the Newton tolerance, far below the 0.5 % required
     assert other.curve["force_N"].to_numpy() == pytest.approx(
@@ -85,30 +86,31 @@ def test_half_and_full_model_give_the_quarter_models_force(
         assert other.curve[column].iloc[-1] == pytest.approx(expected, rel=1e-4)
 
 
-def test_friction_stiffens_little(coarse: BendingTest) -> None:
+def test_friction_stiffens_little(coarse: BendingTest, simulated: Simulate) -> None:
     """The contact forces are nearly vertical: friction 0.12 changes the force by a few per cent."""
     none = override(coarse, ["fixture.friction.static=0", "fixture.friction.dynamic=0"])
     some = override(coarse, ["fixture.friction.static=0.12", "fixture.friction.dynamic=0.12"])
-    slick, rough = simulate(none, MPI.COMM_SELF), simulate(some, MPI.COMM_SELF)
+    slick, rough = simulated(none), simulated(some)
     assert 1.0 < rough.max_force_N / slick.max_force_N < 1.05
     assert slick.curve["friction_work_Nmm"].iloc[-1] == 0.0
     assert rough.curve["friction_work_Nmm"].iloc[-1] > 0.0
 
 
 @pytest.mark.parametrize("stabilisation", [10.0, 500.0])
-def test_force_hardly_feels_the_stabilisation(coarse: BendingTest, stabilisation: float) -> None:
+def test_force_hardly_feels_the_stabilisation(
+    coarse: BendingTest, simulated: Simulate, stabilisation: float
+) -> None:
     """Nitsche's method is consistent: what gamma changes vanishes with the mesh."""
     changed = override(coarse, [f"numerics.contact.stabilisation={stabilisation}"])
-    usual, other = simulate(coarse, MPI.COMM_SELF), simulate(changed, MPI.COMM_SELF)
+    usual, other = simulated(coarse), simulated(changed)
     # two elements through the wall, and a factor 50 between the extremes
     assert other.max_force_N == pytest.approx(usual.max_force_N, rel=0.02)
 
 
-def test_solid_core_is_stiffer_than_the_tube(coarse: BendingTest) -> None:
-    solid = override(coarse, ["stalk.void_diameter_mm=0"])
-    result = simulate(solid, MPI.COMM_SELF)
+def test_solid_core_is_stiffer_than_the_tube(coarse: BendingTest, simulated: Simulate) -> None:
+    result = simulated(override(coarse, ["stalk.void_diameter_mm=0"]))
     assert result.completed
-    assert result.max_force_N > simulate(coarse, MPI.COMM_SELF).max_force_N
+    assert result.max_force_N > simulated(coarse).max_force_N
     assert result.curve["void_height_mm"].isna().all()
 
 
@@ -185,23 +187,11 @@ def test_interrupt_keeps_what_was_done(coarse: BendingTest) -> None:
 def test_one_compilation_serves_all_specifications(
     coarse: BendingTest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Geometry and constants are data: another stalk finds every form in the cache."""
-    from dolfinx import jit
-
-    simulate(coarse, MPI.COMM_SELF)
-    names: list[str] = []
-    original = jit.ffcx_jit
-
-    def counting(*args: object, **kwargs: object) -> object:
-        compiled = original(*args, **kwargs)
-        names.append(compiled[1].__name__)
-        return compiled
-
-    monkeypatch.setattr(jit, "ffcx_jit", counting)
-    simulate(dataclasses.replace(coarse, protocol=coarse.protocol), MPI.COMM_SELF)
-    first, names[:] = list(names), []
+    """Geometry and constants are data: another stalk finds every form, on whatever mesh."""
+    test = override(coarse, ["protocol.travel_mm=0.3"])
+    simulate(test, MPI.COMM_SELF)
     other = override(
-        coarse,
+        test,
         [
             "stalk.layers.phloem.outer_diameter_mm=15",
             "stalk.layers.phloem.material.elastic.E_Z_MPa=1500",
@@ -209,33 +199,38 @@ def test_one_compilation_serves_all_specifications(
             "numerics.mesh.angular_elements=8",
         ],
     )
-    simulate(other, MPI.COMM_SELF)
-    assert first
-    assert names == first
+    monkeypatch.delattr(dolfinx.jit, "ffcx_jit")
+    assert simulate(other, MPI.COMM_SELF).completed
+    # and it is the compiler that is gone
+    monkeypatch.setattr(jit, "_forms", {})
+    with pytest.raises(AttributeError, match="ffcx_jit"):
+        simulate(other, MPI.COMM_SELF)
 
 
 @pytest.mark.parametrize(("theta", "stabilisation"), [(-1, 20), (1, 60)])
 def test_variants_of_nitsches_method_agree(
-    coarse: BendingTest, theta: int, stabilisation: float
+    coarse: BendingTest, simulated: Simulate, theta: int, stabilisation: float
 ) -> None:
     """What theta changes vanishes with the mesh, as what gamma changes; 1 needs a larger gamma."""
     settings = [
         f"numerics.contact.theta={theta}",
         f"numerics.contact.stabilisation={stabilisation}",
     ]
-    other = simulate(override(coarse, settings), MPI.COMM_SELF)
+    other = simulated(override(coarse, settings))
     assert other.completed
-    assert other.max_force_N == pytest.approx(simulate(coarse, MPI.COMM_SELF).max_force_N, rel=0.02)
+    assert other.max_force_N == pytest.approx(simulated(coarse).max_force_N, rel=0.02)
     imbalance = (other.curve["force_N"] - other.curve["support_force_N"]).abs().max()
     assert imbalance < 1e-3 * other.max_force_N
 
 
 @pytest.mark.parametrize("radius", [2.0, 1.0, 0.5])
-def test_small_indenter_is_felt_and_presses_less(coarse: BendingTest, radius: float) -> None:
+def test_small_indenter_is_felt_and_presses_less(
+    coarse: BendingTest, simulated: Simulate, radius: float
+) -> None:
     """On the coarsest mesh of second order, whose cells are far longer than the contact."""
     changes = ["numerics.mesh=ladder_q2_1", "protocol.travel_mm=1.0"]
     usual, small = (
-        simulate(override(coarse, [*changes, f"fixture.indenter_radius_mm={r}"]), MPI.COMM_SELF)
+        simulated(override(coarse, [*changes, f"fixture.indenter_radius_mm={r}"]))
         for r in (5.0, radius)
     )
     assert small.completed
@@ -257,7 +252,7 @@ def test_unfelt_indenter_ends_the_run(coarse: BendingTest) -> None:
 
 def test_same_run_gives_the_same_bits(coarse: BendingTest) -> None:
     """On one rank, whatever lies where in memory."""
-    test = override(coarse, ["protocol.travel_mm=1.0"])
+    test = override(coarse, ["protocol.travel_mm=0.5"])
     curves, kept = [], []
     for size in (0, 1001, 30003):
         kept.append(np.empty(size))  # moves what is allocated next
