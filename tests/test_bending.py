@@ -155,9 +155,8 @@ def test_run_ends_where_the_void_closes(coarse: BendingTest) -> None:
     assert y[middle & (points[:, 1] > 0)].min() <= y[middle & (points[:, 1] < 0)].max()
 
 
-def test_run_ends_where_the_stalk_slips_off(coarse: BendingTest) -> None:
-    test = override(coarse, ["stalk.length_mm=100.2", "protocol.travel_mm=21"])
-    result = simulate(test, MPI.COMM_SELF)
+def test_run_ends_where_the_stalk_slips_off(coarse: BendingTest, simulated: Simulate) -> None:
+    result = simulated(override(coarse, ["stalk.length_mm=100.2", "protocol.travel_mm=21"]))
     assert result.ending.kind == "physical"
     assert "slipped off" in result.ending.reason
     last = result.snapshots[-1].body
@@ -211,14 +210,18 @@ def test_one_compilation_serves_all_specifications(
 def test_variants_of_nitsches_method_agree(
     coarse: BendingTest, simulated: Simulate, theta: int, stabilisation: float
 ) -> None:
-    """What theta changes vanishes with the mesh, as what gamma changes; 1 needs a larger gamma."""
+    """What theta changes vanishes with the mesh, as what gamma changes; 1 needs a larger gamma.
+
+    The law is one whose forms take the least time to compile.
+    """
+    usual = override(coarse, ["law=neo_hookean"])
     settings = [
         f"numerics.contact.theta={theta}",
         f"numerics.contact.stabilisation={stabilisation}",
     ]
-    other = simulated(override(coarse, settings))
+    other = simulated(override(usual, settings))
     assert other.completed
-    assert other.max_force_N == pytest.approx(simulated(coarse).max_force_N, rel=0.02)
+    assert other.max_force_N == pytest.approx(simulated(usual).max_force_N, rel=0.02)
     imbalance = (other.curve["force_N"] - other.curve["support_force_N"]).abs().max()
     assert imbalance < 1e-3 * other.max_force_N
 

@@ -411,7 +411,8 @@ def real(coarse: rf.BendingTest, tmp_path_factory: pytest.TempPathFactory) -> Pa
 def test_an_interrupted_campaign_goes_on_where_it_was(real: Path, tmp_path: Path) -> None:
     study = read_study(real / "study.toml")
     design = study.plan()
-    tests = study.space(design).tests(study.test(), design.coded[[0, 8, 8]])
+    short = rf.override(study.test(), ["protocol.travel_mm=0.3"])
+    tests = study.space(design).tests(short, design.coded[[0, 8, 8]])
     before = run_campaign(tests[:1], folder=tmp_path)
     assert before.simulated == 1
     counts: list[int] = []

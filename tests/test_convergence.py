@@ -229,7 +229,7 @@ def test_command_resumes_and_writes_what_it_found(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    test = rf.override(screening, ["protocol.travel_mm=1.0", "numerics.acoustic_check=false"])
+    test = rf.override(screening, ["protocol.travel_mm=0.35", "numerics.acoustic_check=false"])
     spec, out = tmp_path / "short.toml", tmp_path / "out"
     rf.write_test(test, spec)
     monkeypatch.setattr(store, "RUNS", tmp_path / "runs")
@@ -264,7 +264,7 @@ def test_command_resumes_and_writes_what_it_found(
     assert meshes["max_force_N"][0] == pytest.approx(again.max_force_N, rel=1e-7)
     assert meshes["slope_N_per_mm"][0] == pytest.approx(again.slope_N_per_mm, rel=1e-7)
     rows = pd.read_csv(out / "richardson.csv").set_index("quantity")
-    forces = ["force_0.286mm_N", "force_0.571mm_N", "force_1mm_N"]
+    forces = ["force_0.1mm_N", "force_0.2mm_N", "force_0.35mm_N"]
     assert list(rows.index) == ["max_force_N", "slope_N_per_mm", *forces]
     for name, row in rows.iterrows():
         if row["behaviour"] == "converging":

@@ -151,6 +151,7 @@ def test_the_gain_of_a_gradient_vanishes_when_positions_are_permuted(tmp_path: P
 
 
 def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> None:
+    coarse = rf.override(coarse, ["protocol.travel_mm=0.5"])
     other = rf.override(coarse, ["stalk.void_diameter_mm=7.0"])
     first = simulated(Runs(tmp_path), [CurveTask(coarse)])[0]
     done: list[int] = []

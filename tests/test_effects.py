@@ -18,9 +18,13 @@ def stalk():
     return rf.override(rf.ramie(14.23, 7.28, 0.67), ["numerics.mesh=ladder_q2_1", *SHORT])
 
 
-def force(test, at_mm=3.0):
-    curve = rf.simulate(test).curve
-    return float(np.interp(at_mm, curve["displacement_mm"], curve["force_N"]))
+@pytest.fixture(scope="module")
+def force(simulated):
+    def of(test, at_mm=3.0):
+        curve = simulated(test).curve
+        return float(np.interp(at_mm, curve["displacement_mm"], curve["force_N"]))
+
+    return of
 
 
 def placed(test, **values):
@@ -41,7 +45,7 @@ def test_extended_specifications_survive_a_file(effect, stalk, tmp_path):
     assert rf.read_test(tmp_path / "extended.toml") == extended
 
 
-def test_machine_records_gap_travel_and_its_own_deflection(stalk):
+def test_machine_records_gap_travel_and_its_own_deflection(stalk, force):
     test = EFFECTS["machine_compliance"].apply(stalk, 0.02)
     curve = rf.simulate(EFFECTS["seating_gap"].apply(test, 0.5)).curve
     expected = 0.5 + curve["displacement_mm"] + 0.02 * curve["force_N"]
@@ -59,7 +63,7 @@ def test_taper_narrows_the_mesh_along_the_stalk(stalk):
     assert len(tube.facets.find(SURFACES["outer"])) > 0
 
 
-def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk):
+def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk, force):
     """What grows on one side shrinks on the other: the difference is of second order."""
     taper = EFFECTS["taper"]
     midspan = placed(
@@ -81,7 +85,7 @@ def test_taper_refuses_the_symmetric_model(stalk):
         placed(stalk, taper=0.01)
 
 
-def test_stiffness_gradient_scales_the_force(stalk):
+def test_stiffness_gradient_scales_the_force(stalk, force):
     """No stress but the moduli enters: the force is proportional to a factor on all of them."""
     graded = EFFECTS["stiffness_gradient"].apply(placed(stalk, position_mm=800.0), 0.25)
     assert force(graded) == pytest.approx(1.2 * force(stalk), rel=1e-4)
@@ -103,7 +107,7 @@ def axial_MPa(test):
     return test.stalk.layers[0].material.scaled(test.stalk.stiffness_factor).elastic.E_Z_MPa
 
 
-def test_moisture_softens_all_that_resists(coarse):
+def test_moisture_softens_all_that_resists(coarse, force):
     """The force goes with the moduli; the given ones are those at the mean of 1 and 2."""
     stalk = rf.override(coarse, [*SHORT, "protocol.travel_mm=1"])
     tests = [placed(stalk, moisture=m, position_mm=500.0 * m) for m in (1.0, 2.0)]
@@ -128,14 +132,14 @@ def test_only_covariates_are_centred(effect, stalk):
     assert all(same) == (not effect.covariates)
 
 
-def test_vanishing_pith_leaves_the_hollow_stalk(stalk):
+def test_vanishing_pith_leaves_the_hollow_stalk(stalk, force):
     """The tube's own mesh must not change with what fills it."""
     stalk = rf.override(stalk, ["numerics.mesh.angular_elements=8"])  # four to a quadrant
     filled = EFFECTS["pith_core"].apply(stalk, 1e-6)
     assert force(filled) == pytest.approx(force(stalk), rel=2e-4)
 
 
-def test_pith_carries_load(stalk):
+def test_pith_carries_load(stalk, force):
     assert force(EFFECTS["pith_core"].apply(stalk, 1.0)) > 1.05 * force(stalk)
 
 

@@ -236,7 +236,8 @@ def test_profile_intervals_cover_the_truth_as_often_as_they_say() -> None:
     assert covered / repeats == pytest.approx(0.95, abs=3.0 * spread)
 
 
-def test_posterior_is_the_normal_one_of_a_linear_model() -> None:
+def test_posterior_is_the_normal_one_of_a_linear_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(posterior, "STEPS", 2500)
     matrix, truth, errors = np.array([[2.0, 1.0], [1.0, -1.0]]), np.array([0.2, -0.1]), (0.2, 0.1)
     misfit = misfit_of([plane(*row) for row in matrix], matrix @ truth, errors)
     found = draw_posterior(misfit)
@@ -256,7 +257,8 @@ def test_posterior_draws_are_the_same_every_time(monkeypatch: pytest.MonkeyPatch
     assert np.array_equal(again.samples, once.samples)
 
 
-def test_posterior_without_information_is_the_prior() -> None:
+def test_posterior_without_information_is_the_prior(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(posterior, "STEPS", 2000)
     found = draw_posterior(misfit_of([plane(1.0, 0.0)], [0.0], [100.0], alpha="rotatable"))
     assert found.contraction == pytest.approx(0.0, abs=0.08)
     assert np.linalg.norm(found.samples, axis=1).max() <= np.sqrt(2.0) + 1e-6

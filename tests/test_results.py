@@ -9,16 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import pyvista as pv
+from conftest import Simulate
 from folders import check_folder, check_print
 from matplotlib import image
-from mpi4py import MPI
 
 from ramiefenics import (
     BendingResult,
     BendingTest,
     override,
     read_test,
-    simulate,
     write_folder,
     write_test,
 )
@@ -159,6 +158,7 @@ def test_command_writes_the_folder_and_reports(
 
 def test_command_that_does_not_complete_keeps_results_and_exits_1(
     coarse: BendingTest,
+    simulated: Simulate,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -173,6 +173,7 @@ def test_command_that_does_not_complete_keeps_results_and_exits_1(
     for assignment in assignments:
         arguments += ["--set", assignment]
     monkeypatch.setattr("sys.argv", ["ramiefenics", *arguments])
+    monkeypatch.setattr("ramiefenics.solve.simulate.simulate", lambda test, **_: simulated(test))
     with pytest.raises(SystemExit) as stop:
         main()
     assert stop.value.code == 1
@@ -184,9 +185,11 @@ def test_command_that_does_not_complete_keeps_results_and_exits_1(
 
 
 @pytest.mark.parametrize(("order", "pieces"), [(1, 1), (2, 8)])
-def test_second_order_cells_appear_as_eight(coarse: BendingTest, order: int, pieces: int) -> None:
+def test_second_order_cells_appear_as_eight(
+    coarse: BendingTest, simulated: Simulate, order: int, pieces: int
+) -> None:
     changes = [f"numerics.mesh.order={order}", "numerics.mesh.angular_elements=8"]
-    result = simulate(override(coarse, [*changes, "protocol.travel_mm=0.5"]), MPI.COMM_SELF)
+    result = simulated(override(coarse, [*changes, "protocol.travel_mm=0.1"]))
     grid = to_grid(result.snapshots[-1].body)
     assert grid.n_cells == pieces * result.statistics.cells
     volumes = grid.compute_cell_sizes()["Volume"]

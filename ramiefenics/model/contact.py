@@ -265,7 +265,10 @@ class Contact:
             stress = self.solid.stress(self._previous)
             change = ufl.derivative(stress, self._previous, v) * ufl.FacetNormal(self.solid.mesh)
             misfit = (self._normal_traction - self.pressure) / self.gamma
-            form -= self._method.theta * misfit * ufl.dot(self._normal, change) * self.ds
+            theta = fem.Constant(
+                self.solid.mesh, float(self._method.theta)
+            )  # one form for 1 and -1
+            form -= theta * misfit * ufl.dot(self._normal, change) * self.ds
         return form
 
     def _normal_stiffness(self) -> fem.Expression:
