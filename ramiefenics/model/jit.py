@@ -48,7 +48,6 @@ CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rami
 """Compiled forms; of this program only, see `_compiling`."""
 
 JIT_OPTIONS = {
-    "cache_dir": str(CACHE),
     # fast-math vectorises the kernels; NaN must stay NaN, as it tells Newton's method that an
     # element has turned inside out.
     "cffi_extra_compile_args": [
@@ -63,23 +62,26 @@ JIT_OPTIONS = {
 
 
 @contextmanager
-def _compiling(comm: MPI.Comm) -> Iterator[None]:
-    """Clear away what killed compilations have left, which would block all later ones.
+def _compiling(signature: str, comm: MPI.Comm) -> Iterator[dict[str, Any]]:
+    """Yield FFCx's options, with a folder of a signature's own, and clear away what is dead there.
 
-    FFCx marks a form that is being compiled by its C file. Under a lock, which ends with its
-    process, such a file without its product has been abandoned.
+    FFCx marks what is being compiled by its C file, for which others wait. Under a lock, which ends
+    with its process, such a file without its product has been left by a compilation that was
+    killed. What differs is compiled at the same time.
     """
+    folder = CACHE / signature[:24]
+    options = {**JIT_OPTIONS, "cache_dir": str(folder)}
     if comm.rank != 0:  # the other ranks only load
-        yield
+        yield options
         return
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with (CACHE / "lock").open("w") as lock:
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        names = set(os.listdir(CACHE))
+        names = set(os.listdir(folder))
         for name in names:
             if name.endswith(".c") and f"{name}.cached" not in names:
-                (CACHE / name).unlink()
-        yield
+                (folder / name).unlink()
+        yield options
 
 
 @dataclass(frozen=True)
@@ -114,8 +116,8 @@ def compile_form(form: Any) -> fem.Form:
     parts = Structure(form)
     comm, key = parts.mesh.comm, parts.signature
     if not _all_have(_forms, key, comm):
-        with _compiling(comm):
-            compiled = fem.compile_form(comm, form, jit_options=JIT_OPTIONS)
+        with _compiling(key, comm) as options:
+            compiled = fem.compile_form(comm, form, jit_options=options)
         _forms[key] = replace(compiled, ufl_form=None)  # mesh and data are not kept
     return form_with(replace(_forms[key], ufl_form=form), parts)
 
@@ -139,8 +141,8 @@ def compile_expression(expression: Any, points: NDArray[np.float64]) -> fem.Expr
     parts = Structure(expression)
     comm, key = parts.mesh.comm, (parts.signature, points.shape, points.tobytes())
     if not _all_have(_expressions, key, comm):
-        with _compiling(comm):
-            _expressions[key] = _compiled(expression, parts, points)
+        with _compiling(parts.signature, comm) as options:
+            _expressions[key] = _compiled(expression, parts, points, options)
     known = _expressions[key]
     return expression_with(
         known.compiled,
@@ -149,10 +151,12 @@ def compile_expression(expression: Any, points: NDArray[np.float64]) -> fem.Expr
     )
 
 
-def _compiled(expression: Any, parts: Structure, points: NDArray[np.float64]) -> _Expression:
+def _compiled(
+    expression: Any, parts: Structure, points: NDArray[np.float64], options: dict[str, Any]
+) -> _Expression:
     derived = apply_derivatives(apply_algebra_lowering(expression))
     derived = map_expr_dag(_WithoutVariables(), derived)
-    compiled = fem.Expression(derived, points, jit_options=JIT_OPTIONS)
+    compiled = fem.Expression(derived, points, jit_options=options)
     code, left = compiled.ufcx_expression, extract_coefficients(derived)
     used = (left[code.original_coefficient_positions[i]] for i in range(code.num_coefficients))
     compiled._ufl_expression = compiled._cpp_object = None  # mesh and data are not kept

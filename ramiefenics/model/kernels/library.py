@@ -44,7 +44,8 @@ def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) ->
     FOLDER.mkdir(parents=True, exist_ok=True)
     target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not target.exists():  # it appears as a whole
-        with (FOLDER / "lock").open("w") as lock:  # ends with its process, whatever happens to that
+        # a lock ends with its process, whatever happens to that
+        with (FOLDER / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             if not target.exists():
                 _build(target, source, declarations, options, ("m", *libraries))
