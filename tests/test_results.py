@@ -189,6 +189,7 @@ def test_second_order_cells_appear_as_eight(
     coarse: BendingTest, simulated: Simulate, order: int, pieces: int
 ) -> None:
     changes = [f"numerics.mesh.order={order}", "numerics.mesh.angular_elements=8"]
+    changes.append(f"numerics.mesh.serendipity={str(order == 2).lower()}")  # as in the recipes
     result = simulated(override(coarse, [*changes, "protocol.travel_mm=0.1"]))
     grid = to_grid(result.snapshots[-1].body)
     assert grid.n_cells == pieces * result.statistics.cells
