@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from scipy.integrate import cumulative_trapezoid
 
 import ramiefenics as rf
+from ramiefenics.model.laws.free_form import CRUSHED, LOSSES, PRESSED, PULLED, STRAINS
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
 
@@ -38,6 +40,28 @@ class Formula:
         return pd.DataFrame({"displacement_mm": AT_MM, "force_N": force, **slopes})
 
 
+STRAIN = 0.1 * AT_MM / 14.0
+"""Of the fibres that are pulled most; those that are pressed have as much."""
+
+LOSS = 0.4 * (AT_MM / 14.0) ** 0.5
+"""Of the section's area, which is crushed early."""
+
+FIBRE_N, SECTION_N = 1000.0, 200.0
+"""What fibres whose stress is k bear, and a section whose stress is 2 mu + lambda."""
+
+
+def learned_N(test: rf.BendingTest) -> np.ndarray:
+    """Return what tangents add that are given at knots, linear in between: the law `free_form`."""
+    own = test.stalk.layers[-1].material.law_constants
+    sides = ((PULLED, STRAINS, STRAIN), (PRESSED, STRAINS, STRAIN), (CRUSHED, LOSSES, LOSS))
+    sizes = (FIBRE_N, FIBRE_N / 2.0, SECTION_N)
+    force = np.zeros_like(AT_MM)
+    for size, (names, knots, at) in zip(sizes, sides, strict=True):
+        tangent = np.interp(at, (0.0, *knots), (0.0, *(own.get(name, 0.0) for name in names)))
+        force += size * cumulative_trapezoid(tangent, at, initial=0.0)
+    return force
+
+
 def force_N(test: rf.BendingTest) -> np.ndarray:
     """Bending goes with the third power of the span, crushing with the first and the radius."""
     usual, own = (
@@ -49,5 +73,6 @@ def force_N(test: rf.BendingTest) -> np.ndarray:
     blunter = test.fixture.indenter_radius_mm / 5.0
     by_kind = {"E_Z_MPa": shorter**3, "E_X_MPa": shorter * blunter**0.3}
     force = sum(share * by_kind[key[1]] * PARTS_N[key] for key, share in shares.items())
+    force = force + learned_N(test) * shorter
     cells = (test.numerics.mesh.contact_size / 0.06) ** ORDER
     return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * cells * AT_MM / 14.0) * force

@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ramiefenics.discovery.anatomy import Anatomy
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.causes import SURE
 from ramiefenics.discovery.outcome import Discovery
-from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.effects import EFFECTS
+from ramiefenics.model.laws import law_named
+from ramiefenics.results.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STYLE,
+    VERMILION,
+)
+from ramiefenics.specification import SpecificationError
 
 MOST_CURVES = 12
 """Drawn one by one; there may be more."""
@@ -72,6 +88,40 @@ def suspects_figure(found: Discovery) -> Figure:
         for axes in (left, right):
             axes.grid(axis="y", visible=False)
     return figure
+
+
+def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:
+    """Draw what is missing beside the baseline's own function, and beside those of effects."""
+    place, (mean, low, high) = anatomy.place, anatomy.function
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(5.6, 4.0), layout="constrained")
+        axes = figure.subplots()
+        axes.fill_between(place.at, low, high, color=VERMILION, alpha=0.25, lw=0)
+        axes.plot(place.at, mean, color=VERMILION, lw=2, label="learned, 95 %")
+        axes.plot(place.at, anatomy.baseline, color=BLUE, lw=1.5, ls="--", label="baseline")
+        limits = axes.get_ylim()
+        colours = itertools.cycle([GREEN, SKY, ORANGE, PURPLE, GREY])
+        for (name, values), colour in zip(_shipped(anatomy), colours, strict=False):
+            axes.plot(place.at, values, color=colour, lw=0.8, label=name.replace("_", " "))
+        axes.set_ylim(limits)
+        axes.set(xlabel=place.x_label, ylabel=place.y_label)
+        shares = ", ".join(f"{name} {p:.0%}" for name, p in anatomy.probability.items())
+        axes.set_title(shares, fontsize=9)
+        axes.legend(fontsize=7, frameon=False)
+    return figure
+
+
+def _shipped(anatomy: Anatomy) -> Iterator[tuple[str, Array]]:
+    """Yield what shipped effects of typical size make of the function, where they change it."""
+    for effect in EFFECTS.values():
+        try:
+            test = effect.apply(anatomy.test, effect.typical)
+        except SpecificationError:
+            continue
+        if law_named(test.law).memory is None:
+            values = anatomy.place.function(test, anatomy.place.at)
+            if not np.allclose(values, anatomy.baseline, rtol=1e-3, atol=1e-9):
+                yield effect.name, values
 
 
 def left_out_figure(found: Discovery) -> Figure:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
+from ramiefenics.discovery.verdict import SIGNIFICANCE
 
 if TYPE_CHECKING:
     from ramiefenics.discovery.outcome import Discovery
@@ -52,8 +53,28 @@ def _verdict(found: Discovery) -> str:
         return (
             f"Something is missing ({p}), and no set of the suspects explains it well enough to be "
             f"named (what {_left(found)} leaves has p = {found.misfit_p_value:.2g})."
+            f"{_anatomy(found)}"
         )
-    return f"{_named(found, p)} {_predictions(found)}"
+    assert found.gain is not None  # something was suspected
+    assert found.shape_gain is not None
+    told = _predictions(found.gain, found.shape_gain)
+    return f"{_named(found, p)} {told[0].upper()}{told[1:]}"
+
+
+def _anatomy(found: Discovery) -> str:
+    anatomy = found.anatomy
+    if anatomy is None:
+        return ""
+    tried = ", ".join(f"{name} {p:.0%}" for name, p in anatomy.probability.items())
+    if not anatomy.believed:
+        return f" A free function inside the model does not explain it either (tried: {tried})."
+    rest = ""
+    if anatomy.misfit_p_value < SIGNIFICANCE:
+        rest = f" What it leaves is more than noise (p = {anatomy.misfit_p_value:.2g})."
+    return (
+        f" Of free functions inside the model, {anatomy.place.sentence} explains most of it "
+        f"({tried}); {_predictions(anatomy.gain, anatomy.shape_gain)}{rest}"
+    )
 
 
 def _alone(found: Discovery) -> str:
@@ -87,14 +108,12 @@ def _named(found: Discovery, p: str) -> str:
     return " ".join(told)
 
 
-def _predictions(found: Discovery) -> str:
-    assert found.gain is not None  # something was suspected
-    assert found.shape_gain is not None
+def _predictions(gain: Gain, shapes: Gain) -> str:
     return (
-        f"Curves of specimens left out are predicted with an error of {_errors(found.gain)}; "
+        f"curves of specimens left out are predicted with an error of {_errors(gain)}; "
         f"the shape of these curves, with the specimen's own stiffness fitted, with an error of "
-        f"{_errors(found.shape_gain)}. The mean curve of the others misses them by "
-        f"{found.gain.rmse_plain_N:.2f} N, their shape by {found.shape_gain.rmse_plain_N:.2f} N."
+        f"{_errors(shapes)}. The mean curve of the others misses them by "
+        f"{gain.rmse_plain_N:.2f} N, their shape by {shapes.rmse_plain_N:.2f} N."
     )
 
 

@@ -98,6 +98,11 @@ class Fit:
         """Log factors of every specimen, shape (n, k)."""
         return self.common_log_factors + self._own_log_factors(self._without_shared())
 
+    @property
+    def mean_log_factors(self) -> Array:
+        """Their mean over the specimens that are not broken, shape (k,)."""
+        return np.asarray(self.log_factors[self.evidence.whole].mean(axis=0))
+
     def _columns(self) -> Array:
         """Return what specimens share, for deviations of unit prior, shape (r, c, m)."""
         evidence = self.evidence

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ramiefenics.discovery.anatomy import Anatomist, Anatomy
 from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.fit import Fit
@@ -96,7 +97,8 @@ class _Inquiry:
         self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
-        self._fitter = Fitter(dataset, self._observed, Predictor(tests, self._observed, self._runs))
+        self._predictor = Predictor(tests, self._observed, self._runs)
+        self._fitter = Fitter(dataset, self._observed, self._predictor)
         self._rng = np.random.default_rng(seed)
         self._reasons: dict[str, str] = {}
 
@@ -182,6 +184,24 @@ class _Inquiry:
             log.info("no experiment is planned: %s", error)
             return ""
 
+    def _anatomy(self, baseline: Fitted) -> Anatomy:
+        """Learn inside the model what no suspect explains; every curve is simulated."""
+        records = self._dataset.records
+        self._stage("learning what is missing", 3 * len(records))
+        tests = [record.test for record in records]
+        simulating = self._predictor.rephrased(tests, self._runs.runs)
+        anatomist = Anatomist(self._dataset, self._observed, simulating)
+        learned, gains = anatomist.learn(baseline)
+        gain, shape = self._gains(baseline.fit, learned.fit)
+        return Anatomy(
+            log_evidence_gains=gains,
+            learned=learned,
+            test=baseline.curves.model.test(self._dataset.baseline, learned.fit.mean_log_factors),
+            misfit_p_value=self._misfit(learned.fit),
+            gain=gain,
+            shape_gain=shape,
+        )
+
     def _gains(self, before: Fit, after: Fit) -> list[Gain]:
         """Return the gains of curves and of shapes, of specimens that are not broken."""
         blocks, peaks = self._observed.blocks, self._observed.peak_N[:, None]
@@ -237,6 +257,7 @@ class _Inquiry:
             alike=cosines(last),
             gain=gain,
             shape_gain=shape,
+            anatomy=self._anatomy(baseline) if verdict == "unknown" else None,
             effort=Effort(self._runs.asked, self._runs.simulated, self._runs.error),
         )
 

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
+from ramiefenics.discovery.anatomy import Anatomy
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.findings import findings, with_space
@@ -99,6 +100,8 @@ class Discovery(Result):
         Of predictions of specimens left out, with the most probable set: of their curves, by what
         is known of them without bending them; and of the curves' shapes, where their own factors
         are fitted to them. None where nothing was suspected.
+    anatomy
+        What is missing, learned inside the model; None unless it is unknown.
     effort
         What it took.
     """
@@ -123,6 +126,7 @@ class Discovery(Result):
     alike: Mapping[tuple[str, str], float]
     gain: Gain | None
     shape_gain: Gain | None
+    anatomy: Anatomy | None
     effort: Effort
 
     @property
@@ -154,7 +158,7 @@ class Discovery(Result):
 
     def mean_log_factors(self) -> Array:
         """Return the log factors' mean over the specimens that are not broken, shape (k,)."""
-        return _mean_log_factors(self.fitted)
+        return self.fitted.fit.mean_log_factors
 
     @property
     def broken(self) -> tuple[str, ...]:
@@ -175,9 +179,8 @@ class Discovery(Result):
 
     def baseline_test(self) -> BendingTest:
         """Return the baseline with its fitted factors."""
-        return self.baseline.curves.model.test(
-            self.dataset.baseline, _mean_log_factors(self.baseline)
-        )
+        factors = self.baseline.fit.mean_log_factors
+        return self.baseline.curves.model.test(self.dataset.baseline, factors)
 
     def extended_test(self) -> BendingTest:
         """Return the baseline with factors and effects as fitted together.
@@ -190,7 +193,7 @@ class Discovery(Result):
         if self.extended is None:
             raise ValueError("nothing was suspected: there is no extended model")
         plain = dataclasses.replace(self.extended.curves.model, effects={})
-        test = plain.test(self.dataset.baseline, _mean_log_factors(self.extended))
+        test = plain.test(self.dataset.baseline, self.extended.fit.mean_log_factors)
         added = self.extended.fit.amplitudes.items()
         return with_effects(test, [(self.effects[name], value) for name, value in added])
 
@@ -284,6 +287,7 @@ class Discovery(Result):
             "conflict_p_value": self.conflict_p_value,
             "gain": None if self.gain is None else self.gain.numbers(),
             "shape_gain": None if self.shape_gain is None else self.shape_gain.numbers(),
+            "anatomy": None if self.anatomy is None else self.anatomy.numbers(),
             "probability_of_any": self.posterior.some,
             "probabilities": self.posterior.inclusion(),
             "limits": {name: dataclasses.asdict(limit) for name, limit in self.limits.items()},
@@ -331,7 +335,15 @@ class Discovery(Result):
         """Return residuals, suspects, and predictions of specimens left out."""
         from ramiefenics.discovery import figures
 
+        learned = {}
+        if self.anatomy is not None:
+            learned["anatomy"] = Picture(
+                partial(figures.anatomy_figure, self, self.anatomy),
+                "What is missing, learned inside the model, with its 95 % band, beside the "
+                "baseline's own function and those of shipped effects at their typical sizes.",
+            )
         return {
+            **learned,
             "residual": Picture(
                 partial(figures.residual_figure, self),
                 "What the fit leaves, every specimen with factors of its own, before and after. "
@@ -351,13 +363,13 @@ class Discovery(Result):
         return sorted({effect.file for effect in self.effects.values() if effect.file is not None})
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return the fitted baseline, and that with the causes if such are named."""
-        named = {"extended": self.extended_test()} if self.verdict == "cause" else {}
-        return {"baseline": self.baseline_test(), **named}
-
-
-def _mean_log_factors(fitted: Fitted) -> Array:
-    return np.asarray(fitted.fit.log_factors[fitted.fit.evidence.whole].mean(axis=0))
+        """Return the fitted baseline, and that with the causes, or with what was learned."""
+        extended = {}
+        if self.verdict == "cause":
+            extended["extended"] = self.extended_test()
+        elif self.anatomy is not None and self.anatomy.believed:
+            extended["extended"] = self.anatomy.extended_test()
+        return {"baseline": self.baseline_test(), **extended}
 
 
 def _largest(shares: Array) -> float:

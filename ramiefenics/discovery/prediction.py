@@ -153,11 +153,25 @@ class Predictor:
     """
 
     def __init__(self, tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> None:
-        self._tests = list(tests)
+        self._tests, self._observed = list(tests), observed
         self._specimen = observed.blocks.specimen
         self._at = observed.at_mm
         self._runs = runs
         self._by_effect: dict[str, Array] = {}
+
+    def rephrased(self, tests: Sequence[BendingTest], runs: Mapper | None = None) -> Predictor:
+        """Return a predictor for specifications whose forces a finer mesh changes as these'.
+
+        Parameters
+        ----------
+        tests
+            Specifications of the curves in place of the first ones.
+        runs
+            Answers tasks in place of the first.
+        """
+        other = Predictor(tests, self._observed, self._runs if runs is None else runs)
+        other._mesh_changes = self._mesh_changes
+        return other
 
     def linearise(self, model: Model, suspects: Mapping[str, Effect]) -> Linearised:
         """Simulate every curve with derivatives by the log factors, and by amplitudes.

@@ -136,6 +136,8 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
         position_mm=0.0,
         stiffness_gradient_per_m=0.0,
         reference_position_mm=0.0,
+        place_mm=(),
+        place_factor=(),
         moisture=0.0,
         moisture_softening=0.0,
         reference_moisture=0.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from typing import Any
 
@@ -98,6 +99,37 @@ def checked_number(
     ):
         raise SpecificationError(name, value, allowed)
     return float(value)
+
+
+def check_table(obj: Any, at: str, values: str, above: float | None = None) -> None:
+    """Check that two fields are a table: places that ascend, and a value at each.
+
+    Parameters
+    ----------
+    obj
+        A dataclass instance under construction (frozen or not); both are stored as tuples.
+    at, values
+        The fields' names.
+    above
+        Open bound of the values.
+
+    Raises
+    ------
+    SpecificationError
+        If they are of different lengths, do not ascend, or a number is out of bounds.
+    """
+    for name in (at, values):
+        given = getattr(obj, name)
+        if not isinstance(given, (list, tuple)):
+            raise SpecificationError(name, given, "must be a list of numbers")
+        bound = above if name == values else None
+        numbers = tuple(checked_number(name, value, above=bound) for value in given)
+        object.__setattr__(obj, name, numbers)
+    places, number = getattr(obj, at), len(getattr(obj, values))
+    if len(places) != number:
+        raise SpecificationError(at, list(places), f"must be as many as {values} has, {number}")
+    if any(b <= a for a, b in itertools.pairwise(places)):
+        raise SpecificationError(at, list(places), "must ascend")
 
 
 def check_integer(obj: Any, name: str, at_least: int) -> None:

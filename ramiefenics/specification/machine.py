@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ramiefenics.specification.checks import check_number
+from ramiefenics.specification.checks import check_number, check_table
+from ramiefenics.specification.errors import SpecificationError
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,9 @@ class Machine:
         Physical Review Letters 99, 125502), their deflection with its logarithm.
     bedding_force_N
         Force at which half of that is left.
+    table_N, table_mm
+        Forces, ascending, and by how much frame, load cell and fixture give way there besides:
+        linear in between and from no force on, constant beyond.
     load_scale
         Factor by which the load cell reads too high.
     load_offset_N
@@ -38,6 +42,8 @@ class Machine:
     seating_gap_mm: float = 0.0
     bedding_compliance_mm_per_N: float = 0.0
     bedding_force_N: float = 10.0
+    table_N: tuple[float, ...] = ()
+    table_mm: tuple[float, ...] = ()
     load_scale: float = 1.0
     load_offset_N: float = 0.0
     displacement_scale: float = 1.0
@@ -48,6 +54,9 @@ class Machine:
         check_number(self, "seating_gap_mm", at_least=0.0, unit="mm")
         check_number(self, "bedding_compliance_mm_per_N", at_least=0.0, unit="mm/N")
         check_number(self, "bedding_force_N", above=0.0, unit="N")
+        check_table(self, "table_N", "table_mm")
+        if self.table_N and self.table_N[0] <= 0.0:
+            raise SpecificationError("table_N", list(self.table_N), "must begin above 0 N")
         check_number(self, "load_scale", above=0.0)
         check_number(self, "load_offset_N", unit="N")
         check_number(self, "displacement_scale", above=0.0)
@@ -60,12 +69,20 @@ class Machine:
         travel_mm, force_N
             Of the indenter; numbers or arrays.
         """
-        driven = travel_mm + self._deflection(force_N)
+        driven = travel_mm + self.deflection_mm(force_N)
         displacement = self.seating_gap_mm + self.displacement_scale * driven
         return displacement, self.load_offset_N + self.load_scale * force_N
 
-    def _deflection(self, force_N: Any) -> Any:
-        """Return by how much frame, load cell and fixture give way, mm."""
+    def deflection_mm(self, force_N: Any) -> Any:
+        """Return by how much frame, load cell and fixture give way, mm.
+
+        Parameters
+        ----------
+        force_N
+            A number or an array.
+        """
         scale = self.bedding_force_N
         bedded = np.sign(force_N) * scale * np.log1p(np.abs(force_N) / scale)
-        return self.compliance_mm_per_N * force_N + self.bedding_compliance_mm_per_N * bedded
+        linear = self.compliance_mm_per_N * force_N
+        table = np.interp(force_N, (0.0, *self.table_N), (0.0, *self.table_mm))
+        return linear + self.bedding_compliance_mm_per_N * bedded + table

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramiefenics.specification.bond import Bond
-from ramiefenics.specification.checks import check_instance, check_number
+from ramiefenics.specification.checks import check_instance, check_number, check_table
 from ramiefenics.specification.errors import SpecificationError
 from ramiefenics.specification.material import Elastic, Material
 from ramiefenics.specification.tissue import Tissue
 
-Places = TypeVar("Places", float, NDArray[np.float64])
+Places = TypeVar("Places", float, NDArray[np.floating[Any]])
 
 NODE_POISSON = 0.3
 
@@ -77,6 +77,9 @@ class Stalk:
         order the force does not depend on what is stiffer on one side and softer on the other.
     reference_position_mm
         Where on the plant the moduli are the given ones.
+    place_mm, place_factor
+        Places on the plant, ascending, and a factor on all moduli of all layers at each: linear in
+        between, constant beyond.
     moisture
         Mass of water over dry mass.
     moisture_softening
@@ -113,6 +116,8 @@ class Stalk:
     position_mm: float = 0.0
     stiffness_gradient_per_m: float = 0.0
     reference_position_mm: float = 0.0
+    place_mm: tuple[float, ...] = ()
+    place_factor: tuple[float, ...] = ()
     moisture: float = 0.0
     moisture_softening: float = 0.0
     reference_moisture: float = 0.0
@@ -159,6 +164,7 @@ class Stalk:
             "node_at_mm",
         ):
             check_number(self, name)
+        check_table(self, "place_mm", "place_factor", above=0.0)
         for name in ("moisture", "reference_moisture"):
             check_number(self, name, at_least=0.0, at_most=20.0)
         check_number(self, "moisture_softening", at_least=-20.0, at_most=20.0)
@@ -237,9 +243,16 @@ class Stalk:
 
     @property
     def position_factor(self) -> float:
-        """What the place on the plant multiplies the moduli by, at midspan."""
+        """What the gradient makes of the moduli at the place on the plant, at midspan."""
         metres = (self.position_mm - self.reference_position_mm) / 1000.0
         return 1.0 + self.stiffness_gradient_per_m * metres
+
+    def factor_at(self, position_mm: Places) -> Places:
+        """Return what `place_factor` makes of the moduli at places on the plant."""
+        if not self.place_mm:
+            return 1.0 + 0.0 * position_mm
+        factor = np.interp(position_mm, self.place_mm, self.place_factor)
+        return factor if isinstance(position_mm, np.ndarray) else float(factor)
 
     @property
     def moisture_factor(self) -> float:
@@ -249,7 +262,7 @@ class Stalk:
     @property
     def stiffness_factor(self) -> float:
         """The moduli at midspan over the given ones."""
-        return self.position_factor * self.moisture_factor
+        return self.position_factor * self.factor_at(self.position_mm) * self.moisture_factor
 
     @property
     def outer_diameter_mm(self) -> float:

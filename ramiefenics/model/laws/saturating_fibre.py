@@ -80,11 +80,11 @@ def _parameters(material: Material) -> dict[str, float]:
 
 
 def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
-    return energy_with_fibres(F, p, _fibre_energy)
+    return energy_with_fibres(F, p, fibre_energy)
 
 
 def energy_with_fibres(
-    F: Expr, p: Mapping[str, Expr], fibre_energy: Callable[[Expr, Mapping[str, Expr]], Expr]
+    F: Expr, p: Mapping[str, Expr], of_fibres: Callable[[Expr, Mapping[str, Expr]], Expr]
 ) -> Expr:
     """Return the energy above with another one of the fibres, from their strain e and `p`."""
     f1, f2, f3 = (F[:, i] for i in range(3))
@@ -98,7 +98,7 @@ def energy_with_fibres(
         p["mu"] / 2 * distortion
         + p["lambda"] / 2 * log_j**2
         + p["d"] / 24 * (2 * p["mu"] + p["lambda"]) * (log_j**4 + distortion**2 / 4)
-        + fibre_energy(e, p)
+        + of_fibres(e, p)
         + p["shear_XZ"] / 2 * _saturated(stretch_squared * ufl.dot(area, area) / J**2 - 1, p)
         + p["shear_XY"] / 2 * ufl.dot(f1, f2) ** 2 / (ufl.dot(f1, f1) * ufl.dot(f2, f2))
     )
@@ -119,7 +119,8 @@ def _saturated(q: Expr, p: Mapping[str, Expr]) -> Expr:
     return p["R"] * q + (1 - p["R"]) * saturating
 
 
-def _fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
+def fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
+    """Return the energy of fibres with the strain e, N/mm2."""
     elastic = undamaged_energy(e, p)
     return elastic / (1 + p["c"] * elastic)
 
@@ -136,7 +137,7 @@ def undamaged_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
 def fibre_stress(e: Expr, p: Mapping[str, Expr]) -> Expr:
     """Return the stress of fibres with the strain e, MPa."""
     e = ufl.variable(e)
-    return ufl.diff(_fibre_energy(e, p), e)
+    return ufl.diff(fibre_energy(e, p), e)
 
 
 SATURATING_FIBRE = Law("saturating_fibre", _parameters, _energy, homogeneous=True)

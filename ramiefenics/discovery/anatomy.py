@@ -1,0 +1,265 @@
+"""Anatomy of the unknown: a free function inside the model that explains what no suspect does.
+
+In each of a few places (`places`) a function is free but for being smooth. Its coefficients are
+integrated out, at the most probable of a few sizes and with the standard deviations that are most
+probable beside it, so that places are compared by their evidence. The best is fitted in the
+finite-element model by linearising again at the expected coefficients.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit import LEVEL, Fit
+from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence
+from ramiefenics.discovery.fitting import (
+    FARTHEST,
+    SHORTEST,
+    STEADY,
+    STEADY_ERRORS,
+    Fitted,
+    linear_evidence,
+)
+from ramiefenics.discovery.gain import Gain
+from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.places import Place, places
+from ramiefenics.discovery.prediction import Linearised, Predictor
+from ramiefenics.discovery.verdict import ENOUGH
+from ramiefenics.effects import Effect
+from ramiefenics.measured import Dataset
+from ramiefenics.specification import BendingTest, SpecificationError
+
+SIZES = (0.3, 1.0, 3.0)
+"""Of functions beforehand, over that of their place, equally likely."""
+
+ROUNDS = 2
+"""Most linearisations at expected coefficients."""
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A function in a place, given the curves.
+
+    Attributes
+    ----------
+    place
+        Where.
+    size
+        The most probable one of `SIZES`.
+    log_evidence
+        Of the curves, the mean over `SIZES`.
+    fit
+        With the function's coefficients as the last columns of its nuisance.
+    """
+
+    place: Place
+    size: float
+    log_evidence: float
+    fit: Fit
+
+    @cached_property
+    def coefficients(self) -> tuple[Array, Array]:
+        """Mean, shape (c,), and covariance of the coefficients."""
+        number, root = len(self.place.effects), self.size * self.place.root
+        whitened = self.fit.evidence.whiten(self.fit.scatter)
+        mean, covariance = (part[-number:] for part in whitened.deviations(()))
+        return root @ mean, root @ covariance[:, -number:] @ root.T
+
+
+@dataclass(frozen=True)
+class Anatomy:
+    """What is missing, learned inside the model.
+
+    Attributes
+    ----------
+    log_evidence_gains
+        By place, over that of the baseline.
+    learned
+        The function in the preferred place.
+    test
+        The data set's baseline with the fitted factors, the mean of the specimens.
+    misfit_p_value
+        Probability of a common misfit like the one that is left.
+    gain, shape_gain
+        As of `Discovery`, of predictions with the function.
+    """
+
+    log_evidence_gains: Mapping[str, float]
+    learned: Learned
+    test: BendingTest
+    misfit_p_value: float
+    gain: Gain
+    shape_gain: Gain
+
+    @property
+    def place(self) -> Place:
+        """The preferred one."""
+        return self.learned.place
+
+    @property
+    def believed(self) -> bool:
+        """Whether a function in the preferred place explains more than chance would."""
+        return self.log_evidence_gains[self.place.name] > ENOUGH
+
+    @property
+    def probability(self) -> dict[str, float]:
+        """Of every place, if it is one of these, all equally likely beforehand."""
+        gains = np.array(list(self.log_evidence_gains.values()))
+        shares = np.exp(gains - gains.max())
+        values = map(float, shares / shares.sum())
+        return dict(zip(self.log_evidence_gains, values, strict=True))
+
+    @cached_property
+    def baseline(self) -> Array:
+        """The baseline's own function at `Place.at`, shape (g,)."""
+        return self.place.function(self.test, self.place.at)
+
+    @cached_property
+    def function(self) -> tuple[Array, Array, Array]:
+        """The whole function at `Place.at`: mean, and the ends of its 95 % band, shape (g,).
+
+        Student's, with one degree of freedom less than there are specimens.
+        """
+        mean, covariance = self.learned.coefficients
+        basis = self.place.basis(self.test)
+        middle = self.baseline + basis @ mean
+        sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
+        freedom = max(len(self.learned.fit.evidence.whole) - 1, 2)
+        half = float(student.ppf((1.0 + LEVEL) / 2.0, freedom)) * sd
+        return middle, middle - half, middle + half
+
+    def extended_test(self) -> BendingTest:
+        """Return the baseline with the function."""
+        return self.place.apply(self.test, self.learned.coefficients[0])
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what a summary has of it."""
+        mean, low, high = self.function
+        names = [effect.name for effect in self.place.effects]
+        return {
+            "place": self.place.name,
+            "probabilities": self.probability,
+            "log_evidence_gains": dict(self.log_evidence_gains),
+            "believed": self.believed,
+            "coefficients": dict(zip(names, self.learned.coefficients[0], strict=True)),
+            "x": self.place.x_label,
+            "y": self.place.y_label,
+            "at": self.place.at,
+            "baseline": self.baseline,
+            "value": mean,
+            "low": low,
+            "high": high,
+            "misfit_p_value": self.misfit_p_value,
+            "gain": self.gain.numbers(),
+            "shape_gain": self.shape_gain.numbers(),
+        }
+
+
+class Anatomist:
+    """Learns what is missing.
+
+    Parameters
+    ----------
+    dataset, observed
+        The measured curves.
+    predictor
+        Predicts them; simulates every curve.
+    """
+
+    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predictor) -> None:
+        self._dataset, self._observed, self._predictor = dataset, observed, predictor
+        self._tests = [record.test for record in dataset.records]
+
+    def learn(self, baseline: Fitted) -> tuple[Learned, dict[str, float]]:
+        """Return the function in the best place, and what each place gains in log-evidence.
+
+        Parameters
+        ----------
+        baseline
+            The fit without it.
+        """
+        observed = self._observed
+        found = places(self._tests, float(observed.force_N.max()), float(observed.at_mm.max()))
+        tests = self._tests
+        for place in found.values():
+            tests = [place.prepared(test) for test in tests]
+        effects = {effect.name: effect for place in found.values() for effect in place.effects}
+        broken = baseline.fit.evidence.broken
+        curves = self._predictor.rephrased(tests).linearise(baseline.curves.model, effects)
+        evidence = self._evidence(curves, effects, broken)
+        nothing = dataclasses.replace(evidence, suspects={})
+        without = log_evidence(nothing, (), fit_scatter(nothing))
+        learned = [_learned(place, evidence) for place in found.values()]
+        best = max(learned, key=lambda one: one.log_evidence)
+        gains = {one.place.name: one.log_evidence - without for one in learned}
+        return self._refined(best, curves), gains
+
+    def _refined(self, learned: Learned, curves: Linearised) -> Learned:
+        """Linearise again at the expected coefficients."""
+        here: Array = np.zeros(len(learned.place.effects))
+        for _ in range(ROUNDS):
+            mean, covariance = learned.coefficients
+            moves = np.abs(learned.fit.log_factors - curves.model.log_factors)
+            near = moves[learned.fit.evidence.whole].max() < STEADY
+            if near and np.all(np.abs(mean - here) < STEADY_ERRORS * np.sqrt(np.diag(covariance))):
+                break
+            curves, here = self._move(learned, curves, here)
+            effects = {effect.name: effect for effect in learned.place.effects}
+            evidence = self._evidence(curves, effects, learned.fit.evidence.broken)
+            added = np.einsum("c,crm->rm", here, _signatures(learned.place, evidence))
+            moved = dataclasses.replace(evidence, residual=evidence.residual + added)
+            learned = _learned(learned.place, moved)
+        return learned
+
+    def _move(self, learned: Learned, curves: Linearised, here: Array) -> tuple[Linearised, Array]:
+        """Go to the expected coefficients, or as far as simulations reach the end."""
+        model, place = curves.model, learned.place
+        step = np.clip(learned.fit.log_factors - model.log_factors, -FARTHEST, FARTHEST)
+        effects, share = {effect.name: effect for effect in place.effects}, 1.0
+        while True:
+            there = here + share * (learned.coefficients[0] - here)
+            wanted = dataclasses.replace(model, log_factors=model.log_factors + share * step)
+            try:
+                tests = [place.apply(test, there) for test in self._tests]
+                return self._predictor.rephrased(tests).linearise(wanted, effects), there
+            except SpecificationError:
+                share /= 2.0
+                if share < SHORTEST:
+                    return curves, here
+
+    def _evidence(
+        self, curves: Linearised, effects: Mapping[str, Effect], broken: frozenset[int]
+    ) -> Evidence:
+        fit_sd = self._dataset.layout.fit_sd
+        evidence = linear_evidence(curves, self._observed, effects, fit_sd)
+        return dataclasses.replace(evidence, broken=broken)
+
+
+def _signatures(place: Place, evidence: Evidence) -> Array:
+    """Return what each coefficient changes, per unit, shape (c, r, m)."""
+    return np.array([evidence.suspects[effect.name].signature for effect in place.effects])
+
+
+def _learned(place: Place, evidence: Evidence) -> Learned:
+    columns = np.einsum("crm,cd->rdm", _signatures(place, evidence), place.root)
+    plain = dataclasses.replace(evidence, suspects={})
+    fits, values = [], []
+    for size in SIZES:
+        wide = plain.with_nuisance(size * columns)
+        fits.append(Fit(wide, (), fit_scatter(wide)))
+        values.append(log_evidence(wide, (), fits[-1].scatter))
+    best = int(np.argmax(values))
+    return Learned(place, SIZES[best], _log_mean(values), fits[best])
+
+
+def _log_mean(logarithms: Sequence[float]) -> float:
+    return float(np.logaddexp.reduce(logarithms) - np.log(len(logarithms)))

@@ -1,0 +1,279 @@
+"""Places in the model where something unknown may be: free functions of few coefficients.
+
+Each is zero where nothing is known to be missing: without force, at rest, or, over the height, in
+the specimens' mean. Beforehand it is smooth and of a stated size: a Gaussian process of squared
+exponential covariance in the number of the knot, neighbours correlated by 0.88, given that zero
+(Rasmussen and Williams 2006, sections 2.2 and 4.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.effects import Effect
+from ramiefenics.effects.materials import with_materials
+from ramiefenics.model.kernels.points import PointKernel
+from ramiefenics.model.laws import law_named
+from ramiefenics.model.laws.free_form import (
+    CRUSHED,
+    FREE_FORM,
+    LOSSES,
+    PRESSED,
+    PULLED,
+    STRAINS,
+)
+from ramiefenics.specification import BendingTest, Material, SpecificationError
+
+SMOOTH_OVER = 2.0
+"""Knots over which a function beforehand is smooth."""
+
+DEFLECTION_SHARE = 0.05
+"""Size, beforehand, of the machine's deflection, over the largest displacement."""
+
+TANGENT_SIZE = 0.5
+"""Size, beforehand, of a tangent that is missing, over the tangent at rest."""
+
+HEIGHT_SIZE = 0.2
+"""Size, beforehand, of the change of the moduli over the height."""
+
+FORCE_KNOTS, HEIGHT_KNOTS = 6, 5
+
+SMALL = 1e-3
+"""Step of a deflection over its size: with a large one at small forces records go back."""
+
+GRID = 61
+"""Points at which functions are told."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something unknown may be.
+
+    Attributes
+    ----------
+    name
+        One word.
+    sentence
+        What the function is.
+    x_label, y_label
+        Of its axes, with units.
+    at
+        Where it is told, shape (g,).
+    effects
+        One for each coefficient, in proportion to which it changes the specification.
+    root
+        Cholesky factor of the coefficients' covariance beforehand, shape (c, c).
+    prepared
+        From a specification to one that means the same, in which each coefficient is a number.
+    function
+        The whole function that a specification has, the baseline's own included, at `at`.
+    """
+
+    name: str
+    sentence: str
+    x_label: str
+    y_label: str
+    at: Array
+    effects: tuple[Effect, ...]
+    root: Array
+    prepared: Callable[[BendingTest], BendingTest]
+    function: Callable[[BendingTest, Array], Array]
+
+    def apply(self, test: BendingTest, coefficients: Array) -> BendingTest:
+        """Return the specification with coefficients, shape (c,)."""
+        test = self.prepared(test)
+        for effect, amount in zip(self.effects, coefficients, strict=True):
+            test = effect.apply(test, float(amount))
+        return test
+
+    def basis(self, test: BendingTest) -> Array:
+        """Return what each coefficient adds to the function, per unit, shape (g, c)."""
+        base = self.prepared(test)
+        without = self.function(base, self.at)
+        columns = [
+            (self.function(e.apply(base, e.typical), self.at) - without) / e.typical
+            for e in self.effects
+        ]
+        return np.stack(columns, axis=1)
+
+
+def places(tests: Sequence[BendingTest], largest_N: float, largest_mm: float) -> dict[str, Place]:
+    """Return the places that a data set can tell of, by name.
+
+    Parameters
+    ----------
+    tests
+        Specifications of all curves.
+    largest_N, largest_mm
+        Largest measured force and displacement.
+    """
+    found = [_machine(largest_N, DEFLECTION_SHARE * largest_mm)]
+    if tests[0].law in ("saturating_fibre", FREE_FORM.name):
+        found += [_fibre(), _section()]
+    heights = np.array([test.stalk.position_mm for test in tests])
+    if len(np.unique(heights)) > 2:
+        found.append(_height(heights))
+    return {place.name: place for place in found}
+
+
+def _root(size: float, *sides: int) -> Array:
+    """Return a Cholesky factor for functions on several sides of a zero, each with its knots."""
+    number = sum(sides)
+    covariance, first = np.zeros((number, number)), 0
+    for knots in sides:
+        to_zero = np.exp(-0.5 * (np.arange(1, knots + 1) / SMOOTH_OVER) ** 2)
+        own = _smooth(knots) - np.outer(to_zero, to_zero)
+        covariance[first : first + knots, first : first + knots] = own
+        first += knots
+    return np.asarray(size * np.linalg.cholesky(covariance))
+
+
+def _smooth(knots: int) -> Array:
+    apart = np.arange(knots)[:, None] - np.arange(knots)
+    return np.asarray(np.exp(-0.5 * (apart / SMOOTH_OVER) ** 2))
+
+
+def _effect(
+    name: str, size: float, unit: str, apply: Callable[[BendingTest, float], BendingTest]
+) -> Effect:
+    limits = (-np.inf, np.inf)
+    return Effect(name, "One coefficient of a free function.", "", unit, limits, size, apply)
+
+
+def _machine(largest_N: float, size_mm: float) -> Place:
+    """Return that of the machine's deflection over force; knots are closer at small forces."""
+    number = np.arange(1, FORCE_KNOTS + 1)
+    knots = tuple(float(force) for force in largest_N * (number / FORCE_KNOTS) ** 2)
+
+    def prepared(test: BendingTest) -> BendingTest:
+        if test.machine.table_N == knots:
+            return test
+        if test.machine.table_N:
+            raise SpecificationError("machine.table_N", list(knots), "must be that of the test")
+        table = replace(test.machine, table_N=knots, table_mm=(0.0,) * len(knots))
+        return replace(test, machine=table)
+
+    def change(index: int, test: BendingTest, amount: float) -> BendingTest:
+        table = _added(test.machine.table_mm, index, amount)
+        return replace(test, machine=replace(test.machine, table_mm=table))
+
+    return Place(
+        "machine",
+        "a deflection of machine, load cell or fixture over the force",
+        "Force (N)",
+        "Deflection of the machine (mm)",
+        np.linspace(0.0, largest_N, GRID),
+        tuple(
+            _effect(f"machine_{i + 1}", SMALL * size_mm, "mm", partial(change, i))
+            for i in range(len(knots))
+        ),
+        _root(size_mm, len(knots)),
+        prepared,
+        lambda test, at: np.asarray(test.machine.deflection_mm(at)),
+    )
+
+
+def _fibre() -> Place:
+    """Return that of the fibres' axial stress over their strain."""
+    return Place(
+        "fibre",
+        "another axial stress of the fibres over their strain",
+        "Axial strain",
+        "Axial stress of the outermost layer, sides held (MPa)",
+        np.linspace(-0.1, 0.1, GRID),
+        _constants((*PULLED, *PRESSED)),
+        _root(TANGENT_SIZE, len(STRAINS), len(STRAINS)),
+        _free,
+        partial(_confined_stress, axis=2),
+    )
+
+
+def _section() -> Place:
+    """Return that of the section's stress over the loss of its area."""
+    return Place(
+        "section",
+        "another stress of the crushed section over the area that it has lost",
+        "Logarithm of area over area at rest",
+        "Stress of the outermost layer, crushed across (MPa)",
+        np.linspace(-0.5, 0.0, GRID),
+        _constants(CRUSHED),
+        _root(2.0 * TANGENT_SIZE, len(LOSSES)),
+        _free,
+        lambda test, at: _confined_stress(test, np.expm1(at), axis=1),
+    )
+
+
+def _constants(names: Sequence[str]) -> tuple[Effect, ...]:
+    def change(name: str, test: BendingTest, amount: float) -> BendingTest:
+        def changed(material: Material) -> Material:
+            own = material.law_constants
+            return replace(material, law_constants=own | {name: own[name] + amount})
+
+        return with_materials(test, changed)
+
+    return tuple(_effect(name, TANGENT_SIZE, "1", partial(change, name)) for name in names)
+
+
+def _free(test: BendingTest) -> BendingTest:
+    """Return the test with the free-form law, all of whose constants are stated."""
+    zeros = dict.fromkeys((constant.name for constant in FREE_FORM.constants), 0.0)
+    stated = with_materials(test, lambda m: replace(m, law_constants=zeros | m.law_constants))
+    return replace(stated, law=FREE_FORM.name)
+
+
+def _confined_stress(test: BendingTest, strain: Array, axis: int) -> Array:
+    """Return the stress of the outermost layer that is strained along one axis only, MPa."""
+    material, law = test.stalk.layers[-1].material, law_named(test.law)
+    parameters = law.parameters_of(material)
+    kernel = PointKernel(law, tuple(parameters))
+    stress = []
+    for value in strain:
+        F = np.eye(3)
+        F[axis, axis] += value
+        P = kernel.evaluate("stress", F, np.array(list(parameters.values())), np.zeros(1), 0.0)
+        stress.append(P.reshape(3, 3)[axis, axis])
+    return np.array(stress)
+
+
+def _height(heights: Array) -> Place:
+    """Return that of the moduli over the height, whose mean over the specimens is 1."""
+    number = min(HEIGHT_KNOTS, len(np.unique(heights)))
+    knots = np.linspace(heights.min(), heights.max(), number)
+    means = np.array([np.interp(heights, knots, unit).mean() for unit in np.eye(number)])
+
+    def prepared(test: BendingTest) -> BendingTest:
+        if test.stalk.place_mm:
+            return test
+        places = tuple(map(float, knots))
+        stalk = replace(test.stalk, place_mm=places, place_factor=(1.0,) * number)
+        return replace(test, stalk=stalk)
+
+    def change(index: int, test: BendingTest, amount: float) -> BendingTest:
+        factors = np.array(test.stalk.place_factor) + amount * (
+            np.eye(number)[index] - means[index]
+        )
+        stalk = replace(test.stalk, place_factor=tuple(map(float, factors)))
+        return replace(test, stalk=stalk)
+
+    return Place(
+        "height",
+        "a factor on all moduli over the place on the plant",
+        "Place on the plant (mm)",
+        "Factor on the moduli",
+        np.linspace(heights.min(), heights.max(), GRID),
+        tuple(
+            _effect(f"height_{i + 1}", HEIGHT_SIZE, "1", partial(change, i)) for i in range(number)
+        ),
+        HEIGHT_SIZE * np.linalg.cholesky(_smooth(number)),
+        prepared,
+        lambda test, at: np.asarray(test.stalk.factor_at(at)),
+    )
+
+
+def _added(values: Sequence[float], index: int, amount: float) -> tuple[float, ...]:
+    return tuple(v + amount * (i == index) for i, v in enumerate(values))

@@ -1,0 +1,128 @@
+"""What is missing and nobody is suspected of, learned inside a model that is a closed formula."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from folders import check_folder, check_print
+from formula import AT_MM, FIBRE_N, STRAIN, Formula
+from scipy.integrate import cumulative_trapezoid
+
+import ramiefenics as rf
+from ramiefenics.discovery.anatomy import Anatomist, Learned
+from ramiefenics.discovery.fitting import Fitter
+from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.places import places
+from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.model.laws.free_form import PULLED, STRAINS
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+BEDDING = rf.EFFECTS["nonlinear_compliance"]
+TAPER = rf.EFFECTS["taper"]
+
+
+def learn(folder: Path) -> tuple[Learned, dict[str, float], rf.BendingTest]:
+    """Learn, whatever the verdict would be; return the first specimen's specification too."""
+    dataset = rf.read_dataset(folder)
+    observed, tests = observe(dataset), [record.test for record in dataset.records]
+    predictor = Predictor(tests, observed, Formula())
+    baseline = Fitter(dataset, observed, predictor).baseline()
+    return *Anatomist(dataset, observed, predictor).learn(baseline), tests[0]
+
+
+def band(learned: Learned, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and three standard deviations: all along the function they should hold."""
+    mean, covariance = learned.coefficients
+    return basis @ mean, 3.0 * np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
+
+
+def test_a_machine_that_beds_in_is_learned_and_named(tmp_path: Path) -> None:
+    make_dataset(tmp_path / "data", Secret(BEDDING, 0.06), 31, Formula())
+    found = rf.discover(tmp_path / "data", {TAPER.name: TAPER}, runs=Formula())
+    assert found.verdict == "unknown"
+    anatomy = found.anatomy
+    assert anatomy is not None
+    assert anatomy.believed
+    assert anatomy.place.name == "machine"
+    assert anatomy.probability["machine"] > 0.95
+    truth = BEDDING.apply(anatomy.test, 0.06).machine.deflection_mm(anatomy.place.at)
+    _, low, high = anatomy.function
+    assert np.mean((low <= truth) & (truth <= high)) > 0.9
+    assert anatomy.shape_gain.shown
+    assert anatomy.misfit_p_value > 0.001
+    check_print(found, "a deflection of machine, load cell or fixture over the force")
+    rf.write_folder(found, tmp_path / "found")
+    verdict, _ = check_folder(tmp_path / "found", "verdict.json")
+    assert verdict["anatomy"]["place"] == "machine"
+    extended = rf.read_test(tmp_path / "found" / "extended.toml").machine
+    assert extended.table_mm == pytest.approx(anatomy.extended_test().machine.table_mm)
+
+
+def test_a_stalk_that_is_stiffest_half_way_up_is_learned(tmp_path: Path) -> None:
+    """Moduli fall off with the square of the distance from 600 mm, by half at either end."""
+
+    def apply(test: rf.BendingTest, amount: float) -> rf.BendingTest:
+        far = (test.stalk.position_mm - 600.0) / 600.0
+        layers = tuple(
+            replace(x, material=x.material.scaled(1.0 - amount * far**2)) for x in test.stalk.layers
+        )
+        return replace(test, stalk=replace(test.stalk, layers=layers))
+
+    make_dataset(tmp_path, Secret(replace(TAPER, apply=apply), 0.5), 32, Formula(), specimens=10)
+    learned, gains, test = learn(tmp_path)
+    assert max(gains, key=gains.__getitem__) == "height"
+    assert gains["height"] > 5.0
+    at = learned.place.at
+    heights = np.linspace(0.0, 1200.0, 10)
+    shape = 1.0 - 0.5 * ((np.stack([at, np.interp(at, at, at)])[0] - 600.0) / 600.0) ** 2
+    mean = (1.0 - 0.5 * ((heights - 600.0) / 600.0) ** 2).mean()
+    middle, half = band(learned, learned.place.basis(test))
+    assert np.all(np.abs(1.0 + middle - shape / mean) < half + 0.02)  # knots are 300 mm apart
+
+
+def test_fibres_that_lose_their_stiffness_are_learned(tmp_path: Path) -> None:
+    """Their tangent falls by 0.3 k about a strain of 0.03, as a smooth step: no shape of the model."""
+    make_dataset(tmp_path, Secret(None), 33, Formula())
+    lost = -0.3 / (1.0 + np.exp(-(STRAIN - 0.03) / 0.008))
+    table = pd.read_csv(tmp_path / "specimens.csv")
+    for path in table["curve"]:
+        curve = pd.read_csv(tmp_path / path)
+        change = FIBRE_N * cumulative_trapezoid(lost, STRAIN, initial=0.0)
+        more = np.interp(curve["displacement_mm"], AT_MM, change)
+        curve.assign(force_N=curve["force_N"] + more).to_csv(tmp_path / path, index=False)
+    learned, gains, _ = learn(tmp_path)
+    assert max(gains, key=gains.__getitem__) == "fibre"
+    # of both sides together, as the formula has no neutral axis: pulled, and half of pressed
+    number = len(STRAINS)
+    assert [effect.name for effect in learned.place.effects[:number]] == list(PULLED)
+    hats = np.array([np.interp(STRAIN, (0.0, *STRAINS), (0.0, *unit)) for unit in np.eye(number)])
+    stress = cumulative_trapezoid(hats, STRAIN, initial=0.0).T
+    middle, half = band(learned, np.hstack([stress, 0.5 * stress]))
+    truth = cumulative_trapezoid(lost, STRAIN, initial=0.0)
+    assert np.all(np.abs(middle - truth) < half + 5e-4)  # knots do not resolve the step
+
+
+def test_every_coefficient_changes_its_function_only(screening: rf.BendingTest) -> None:
+    """Without coefficients specifications mean the same; the functions follow from knots."""
+    tests = [
+        rf.override(screening, [f"stalk.position_mm={height}"]) for height in (0.0, 300.0, 900.0)
+    ]
+    found = places(tests, 100.0, 14.0)
+    assert set(found) == {"machine", "fibre", "section", "height"}
+    machine, height = found["machine"], found["height"]
+    values = np.linspace(0.1, 0.6, len(machine.effects))
+    machined = machine.apply(tests[0], values).machine
+    assert machined.deflection_mm(np.array([0.0, *machined.table_N])) == pytest.approx([0, *values])
+    factors = [
+        height.apply(test, np.array([0.1, -0.2, 0.4])).stalk.stiffness_factor for test in tests
+    ]
+    assert np.mean(factors) == pytest.approx(1.0)  # no common stiffness: that is a factor's
+    assert np.ptp(factors) > 0.2
+    for place in found.values():
+        assert place.prepared(place.prepared(tests[0])) == place.prepared(tests[0])
