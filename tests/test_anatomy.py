@@ -87,7 +87,7 @@ def test_a_stalk_that_is_stiffest_half_way_up_is_learned(tmp_path: Path) -> None
 
 
 def test_fibres_that_lose_their_stiffness_are_learned(tmp_path: Path) -> None:
-    """Their tangent falls by 0.3 k about a strain of 0.03, as a smooth step: no shape of the model."""
+    """Their tangent falls by 0.3 k about a strain of 0.03, a smooth step: no shape of the law."""
     make_dataset(tmp_path, Secret(None), 33, Formula())
     lost = -0.3 / (1.0 + np.exp(-(STRAIN - 0.03) / 0.008))
     table = pd.read_csv(tmp_path / "specimens.csv")

@@ -69,7 +69,8 @@ class Learned:
     @cached_property
     def coefficients(self) -> tuple[Array, Array]:
         """Mean, shape (c,), and covariance of the coefficients."""
-        number, root = len(self.place.effects), self.size * self.place.root
+        root = self.size * self.place.root
+        number = root.shape[1]
         whitened = self.fit.evidence.whiten(self.fit.scatter)
         mean, covariance = (part[-number:] for part in whitened.deviations(()))
         return root @ mean, root @ covariance[:, -number:] @ root.T

@@ -1,9 +1,10 @@
 """Places in the model where something unknown may be: free functions of few coefficients.
 
 Each is zero where nothing is known to be missing: without force, at rest, or, over the height, in
-the specimens' mean. Beforehand it is smooth and of a stated size: a Gaussian process of squared
-exponential covariance in the number of the knot, neighbours correlated by 0.88, given that zero
-(Rasmussen and Williams 2006, sections 2.2 and 4.2).
+the specimens' mean. Beforehand it is a straight line over the number of the knot, of unknown
+slope, that bends: second differences are independent (the prior of smoothing splines: Wahba 1978,
+Journal of the Royal Statistical Society B 40, 364-372). Its size is the standard deviation at the
+last knot.
 """
 
 from __future__ import annotations
@@ -28,9 +29,6 @@ from ramiefenics.model.laws.free_form import (
     STRAINS,
 )
 from ramiefenics.specification import BendingTest, Material, SpecificationError
-
-SMOOTH_OVER = 2.0
-"""Knots over which a function beforehand is smooth."""
 
 DEFLECTION_SHARE = 0.05
 """Size, beforehand, of the machine's deflection, over the largest displacement."""
@@ -67,7 +65,7 @@ class Place:
     effects
         One for each coefficient, in proportion to which it changes the specification.
     root
-        Cholesky factor of the coefficients' covariance beforehand, shape (c, c).
+        Of the coefficients' covariance beforehand, which is ``root @ root.T``, shape (c, q).
     prepared
         From a specification to one that means the same, in which each coefficient is a number.
     function
@@ -121,21 +119,26 @@ def places(tests: Sequence[BendingTest], largest_N: float, largest_mm: float) ->
     return {place.name: place for place in found}
 
 
-def _root(size: float, *sides: int) -> Array:
-    """Return a Cholesky factor for functions on several sides of a zero, each with its knots."""
-    number = sum(sides)
-    covariance, first = np.zeros((number, number)), 0
-    for knots in sides:
-        to_zero = np.exp(-0.5 * (np.arange(1, knots + 1) / SMOOTH_OVER) ** 2)
-        own = _smooth(knots) - np.outer(to_zero, to_zero)
-        covariance[first : first + knots, first : first + knots] = own
-        first += knots
-    return np.asarray(size * np.linalg.cholesky(covariance))
+def _from_zero(size: float, knots: int) -> Array:
+    """Return the root for a function that is zero before the first knot.
+
+    A slope, and second differences at all knots but the last; each makes half of the variance
+    there.
+    """
+    number = np.arange(1, knots + 1)
+    bent = np.maximum(number[:, None] - number[:-1], 0)
+    columns = [number[:, None] / knots, bent / np.linalg.norm(bent[-1])]
+    return np.asarray(size / 2.0**0.5 * np.hstack(columns))
 
 
-def _smooth(knots: int) -> Array:
-    apart = np.arange(knots)[:, None] - np.arange(knots)
-    return np.asarray(np.exp(-0.5 * (apart / SMOOTH_OVER) ** 2))
+def _from_mean(size: float, knots: int) -> Array:
+    """Return the root for a function whose mean is zero: a slope, and second differences."""
+    number = np.arange(knots)
+    straight = np.column_stack([np.ones(knots), np.linspace(-1.0, 1.0, knots)])
+    bent = np.abs(number[:, None] - number[1:-1]) / 2.0
+    bent -= straight @ np.linalg.lstsq(straight, bent, rcond=None)[0]
+    columns = [straight[:, 1:], bent / np.linalg.norm(bent[-1])]
+    return np.asarray(size / 2.0**0.5 * np.hstack(columns))
 
 
 def _effect(
@@ -172,7 +175,7 @@ def _machine(largest_N: float, size_mm: float) -> Place:
             _effect(f"machine_{i + 1}", SMALL * size_mm, "mm", partial(change, i))
             for i in range(len(knots))
         ),
-        _root(size_mm, len(knots)),
+        _from_zero(size_mm, len(knots)),
         prepared,
         lambda test, at: np.asarray(test.machine.deflection_mm(at)),
     )
@@ -187,7 +190,7 @@ def _fibre() -> Place:
         "Axial stress of the outermost layer, sides held (MPa)",
         np.linspace(-0.1, 0.1, GRID),
         _constants((*PULLED, *PRESSED)),
-        _root(TANGENT_SIZE, len(STRAINS), len(STRAINS)),
+        np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # pulled and pressed apart
         _free,
         partial(_confined_stress, axis=2),
     )
@@ -202,7 +205,7 @@ def _section() -> Place:
         "Stress of the outermost layer, crushed across (MPa)",
         np.linspace(-0.5, 0.0, GRID),
         _constants(CRUSHED),
-        _root(2.0 * TANGENT_SIZE, len(LOSSES)),
+        _from_zero(TANGENT_SIZE, len(LOSSES)),
         _free,
         lambda test, at: _confined_stress(test, np.expm1(at), axis=1),
     )
@@ -269,7 +272,7 @@ def _height(heights: Array) -> Place:
         tuple(
             _effect(f"height_{i + 1}", HEIGHT_SIZE, "1", partial(change, i)) for i in range(number)
         ),
-        HEIGHT_SIZE * np.linalg.cholesky(_smooth(number)),
+        _from_mean(HEIGHT_SIZE, number),
         prepared,
         lambda test, at: np.asarray(test.stalk.factor_at(at)),
     )
