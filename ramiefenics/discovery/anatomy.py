@@ -146,19 +146,20 @@ class Anatomy:
         """Return what a summary has of it."""
         mean, low, high = self.function
         names = [effect.name for effect in self.place.effects]
+        coefficients = [float(value) for value in self.learned.coefficients[0]]
         return {
             "place": self.place.name,
             "probabilities": self.probability,
             "log_evidence_gains": dict(self.log_evidence_gains),
             "believed": self.believed,
-            "coefficients": dict(zip(names, self.learned.coefficients[0], strict=True)),
+            "coefficients": dict(zip(names, coefficients, strict=True)),
             "x": self.place.x_label,
             "y": self.place.y_label,
-            "at": self.place.at,
-            "baseline": self.baseline,
-            "value": mean,
-            "low": low,
-            "high": high,
+            "at": self.place.at.tolist(),
+            "baseline": self.baseline.tolist(),
+            "value": mean.tolist(),
+            "low": low.tolist(),
+            "high": high.tolist(),
             "misfit_p_value": self.misfit_p_value,
             "gain": self.gain.numbers(),
             "shape_gain": self.shape_gain.numbers(),

@@ -51,8 +51,9 @@ def _verdict(found: Discovery) -> str:
         )
     if found.verdict == "unknown":
         return (
-            f"Something is missing ({p}), and no set of the suspects explains it well enough to be "
-            f"named (what {_left(found)} leaves has p = {found.misfit_p_value:.2g})."
+            "Something is missing, and no set of the suspects explains it well enough to be named "
+            f"(the gain of the best has {p}, what {_left(found)} leaves "
+            f"p = {found.misfit_p_value:.2g})."
             f"{_anatomy(found)}"
         )
     assert found.gain is not None  # something was suspected

@@ -197,7 +197,7 @@ class _Inquiry:
             log_evidence_gains=gains,
             learned=learned,
             test=baseline.curves.model.test(self._dataset.baseline, learned.fit.mean_log_factors),
-            misfit_p_value=self._misfit(learned.fit),
+            misfit_p_value=chance_of_misfit(learned.fit, self._rng),
             gain=gain,
             shape_gain=shape,
         )
