@@ -11,9 +11,11 @@ import ramiefenics as rf
 from ramiefenics.discovery.blocks import Blocks
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitter
+from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.meshes import finer, limit
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Along, Model, Predictor
+from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.signatures import Along
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import normalised

@@ -30,9 +30,10 @@ from ramiefenics.discovery.fitting import (
     linear_evidence,
 )
 from ramiefenics.discovery.gain import Gain
+from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.places import Place, places
-from ramiefenics.discovery.prediction import Linearised, Predictor
+from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.verdict import ENOUGH
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset

@@ -14,8 +14,9 @@ from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Linearised, Model, Predictor, smooth
+from ramiefenics.discovery.prediction import Predictor, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.runs.curve import Mapper

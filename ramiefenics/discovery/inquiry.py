@@ -16,12 +16,13 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.gain import Gain, measure_gain, plain_errors
 from ramiefenics.discovery.hidden import Limit, cosines, limits
+from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
-from ramiefenics.discovery.prediction import Linearised, Predictor
+from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset

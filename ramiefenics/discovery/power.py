@@ -13,8 +13,9 @@ from ramiefenics.discovery.causes import log_evidence_gains
 from ramiefenics.discovery.evidence import Evidence, Reduced, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import linear_evidence
+from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Model, Predictor
+from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE
 from ramiefenics.effects import Effect

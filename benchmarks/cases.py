@@ -1,0 +1,172 @@
+"""Cases of hidden effects, what was said of them, and how often it was right."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from record import table
+
+from ramiefenics.results.style import BLUE, GREEN, STYLE, VERMILION
+
+AMPLITUDES, NOISES = (0.5, 1.0, 2.0), (0.01, 0.03)
+
+VERDICTS = ["none", "cause", "ambiguous", "conflict", "unknown"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is drawn.
+
+    Attributes
+    ----------
+    kind
+        One word.
+    hidden
+        Effects, with amplitudes over the typical ones.
+    noise
+        Over the peak.
+    tests
+        Of each stalk.
+    seed
+        Of everything random.
+    """
+
+    kind: str
+    hidden: dict[str, float]
+    noise: float = NOISES[0]
+    tests: int = 1
+    seed: int = 0
+
+
+def cases(
+    names: Sequence[str], numbers: Mapping[str, int], seed: int
+) -> Iterator[tuple[str, Case]]:
+    """Yield labels and cases, kinds in turn, so that any beginning has some of all.
+
+    Parameters
+    ----------
+    names
+        Effects to be hidden.
+    numbers
+        Of cases, by kind: ``nothing``, ``one`` (any size and noise), ``two`` of typical size, ``not
+        listed``, ``one broken``, ``two tests``.
+    seed
+        Of what is hidden where.
+    """
+    rng = np.random.default_rng(seed)
+    grid = rng.permutation(list(itertools.product(AMPLITUDES, NOISES, names)))
+    drawn: dict[str, list[Case]] = {}
+    for kind, number in numbers.items():
+        effects = 0 if kind == "nothing" else 2 if kind == "two" else 1
+        drawn[kind] = [
+            Case(kind, {str(n): 1.0 for n in rng.choice(names, effects, replace=False)})
+            for _ in range(number)
+        ]
+    drawn["nothing"] = [
+        replace(case, noise=NOISES[k % len(NOISES)]) for k, case in enumerate(drawn["nothing"])
+    ]
+    drawn["one"] = [
+        Case("one", {str(name): float(size)}, float(noise))
+        for size, noise, name in grid[: numbers["one"]]
+    ]
+    for turn in range(max(map(len, drawn.values()))):
+        for kind, some in drawn.items():
+            if turn < len(some):
+                tests = 2 if kind == "two tests" else 1
+                yield f"{kind} {turn + 1}", replace(some[turn], tests=tests, seed=seed + turn)
+
+
+def named(record: Mapping[str, Any]) -> bool:
+    """Return whether exactly what was hidden was named, each effect by itself or in a group."""
+    groups = [set(group) for group in record["groups"]]
+    hidden = set(record["hidden"])
+    if record["verdict"] not in ("cause", "ambiguous"):
+        return False
+    return all(any(name in g for g in groups) for name in hidden) and len(groups) == len(hidden)
+
+
+def wrong(record: Mapping[str, Any]) -> bool:
+    """Return whether something that was not hidden was named as a cause."""
+    causes = [g[0] for g in record["groups"] if len(g) == 1]
+    called = record["verdict"] in ("cause", "ambiguous")
+    return called and any(name not in record["hidden"] for name in causes)
+
+
+def confusion(records: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a table by kind of case, in Markdown."""
+    rows = []
+    for kind in dict.fromkeys(r["kind"] for r in records.values()):
+        some = [r for r in records.values() if r["kind"] == kind]
+        said = [r["verdict"] for r in some]
+        rows.append(
+            [
+                kind,
+                str(len(some)),
+                *(str(said.count(v) or "") for v in VERDICTS),
+                str(sum(map(named, some)) if kind not in ("nothing", "not listed") else ""),
+                str(sum(map(wrong, some))),
+            ]
+        )
+    return table(["hidden", "cases", *VERDICTS, "named", "wrong"], rows)
+
+
+def by_effect(records: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> str:
+    """Return a table of single effects by amplitude and noise, in Markdown."""
+    rows = []
+    for name in names:
+        row = [name]
+        for size, noise in itertools.product(AMPLITUDES, NOISES):
+            some = [
+                r
+                for r in records.values()
+                if r["kind"] == "one" and r["hidden"] == {name: size} and r["noise"] == noise
+            ]
+            row.append(", ".join(_short(r) for r in some))
+        rows.append(row)
+    head = [f"{s:g} x, {100 * n:g} %" for s, n in itertools.product(AMPLITUDES, NOISES)]
+    return table(["effect", *head], rows)
+
+
+def _short(record: Mapping[str, Any]) -> str:
+    (name,) = record["hidden"]
+    if record["verdict"] not in ("cause", "ambiguous"):
+        return "-"
+    groups = [g for g in record["groups"] if name in g]
+    if not groups or wrong(record):
+        return "!"
+    return "+" if len(groups[0]) == 1 else str(len(groups[0]))
+
+
+def figure(records: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Draw p-values of nothing, and how often an effect is there that is said to be."""
+    nulls = np.sort([r["p"] for r in records.values() if r["kind"] == "nothing"])
+    said, there = [], []
+    for r in records.values():
+        if r["kind"] != "not listed":
+            for name, probability in r["probabilities"].items():
+                said.append(probability)
+                there.append(name in r["hidden"])
+    edges = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 0.98, 1.0 + 1e-9])
+    place = np.digitize(said, edges) - 1
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(8.0, 3.6), layout="constrained")
+        left, right = drawn.subplots(1, 2)
+        left.step(nulls, (np.arange(len(nulls)) + 1.0) / len(nulls), color=BLUE, where="post")
+        left.plot([0, 1], [0, 1], color="k", lw=0.8, ls="--")
+        left.set(xlabel="p-value where nothing is hidden", ylabel="Share of data sets below")
+        for k in range(len(edges) - 1):
+            some = np.array(there)[place == k]
+            if len(some):
+                mean = some.mean()
+                error = np.sqrt(max(mean * (1 - mean), 0.25 / len(some)) / len(some))
+                x = np.array(said)[place == k].mean()
+                right.errorbar(x, mean, 2 * error, color=VERMILION, marker="o", ms=4, capsize=2)
+        right.plot([0, 1], [0, 1], color=GREEN, lw=0.8, ls="--")
+        right.set(xlabel="Probability that an effect is there", ylabel="Share in which it is")
+    return drawn

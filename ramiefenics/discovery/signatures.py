@@ -1,0 +1,185 @@
+"""What suspected effects change of all curves, from simulations of few stalks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.linearised import Model
+from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
+from ramiefenics.effects import Effect
+from ramiefenics.runs import Done
+from ramiefenics.runs.curve import normalised
+from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.surrogate.coordinates import (
+    Direction,
+    coordinates,
+    is_logarithmic,
+    numbers,
+    rest_of,
+)
+
+if TYPE_CHECKING:
+    from ramiefenics.discovery.prediction import Predictor
+
+DERIVATIVE_SHARE = 0.25
+"""Step, over the typical amplitude, of the derivative by the amplitude of an effect that is there;
+where it is not there, that is the typical amplitude."""
+
+SMALL = 1e-3
+"""Step, over the typical amplitude, of what an effect changes in a specification."""
+
+
+@dataclass(frozen=True)
+class Along:
+    """What an effect that is not there changes: numbers, and all forces in proportion.
+
+    Attributes
+    ----------
+    direction
+        Of the numbers of the normalised specification, see `normalised`, per typical amplitude.
+    scale
+        Change of the logarithm of the factor to its forces.
+    """
+
+    direction: Direction
+    scale: float
+
+    @classmethod
+    def of(cls, effect: Effect, test: BendingTest) -> Along | None:
+        """Return it; None if the effect changes more than numbers, or none of these."""
+        base, factor = normalised(test)
+        moved, moved_factor = normalised(effect.apply(test, SMALL * effect.typical))
+        before, after = numbers(base), numbers(moved)
+        paths = tuple(path for path in before if before[path] != after.get(path))
+        from_zero = any(is_logarithmic(path) and before[path] <= 0.0 for path in paths)
+        alike = before.keys() == after.keys() and rest_of(base) == rest_of(moved)
+        if not paths or from_zero or not alike:
+            return None
+        change = (coordinates(after, paths) - coordinates(before, paths)) / SMALL
+        direction = Direction(effect.name, paths, tuple(map(float, change)))
+        return cls(direction, float(np.log(moved_factor / factor)) / SMALL)
+
+
+def signatures(
+    predictor: Predictor,
+    model: Model,
+    raw: Sequence[pd.DataFrame],
+    suspects: Mapping[str, Effect],
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """Return derivatives by amplitudes, N per unit, shape (r, m), and why there is none.
+
+    They are differences. For an error of the machine, that needs no simulation.
+
+    Parameters
+    ----------
+    predictor
+        Of the curves.
+    model
+        Around which these are linearised.
+    raw
+        All curves of the model as simulated.
+    suspects
+        Effects, of the model or not.
+    """
+    tests = predictor.tests(model)
+    steps = {name: _step(effect, model) for name, effect in suspects.items()}
+    moved, refused = _moved(predictor, model, suspects, steps)
+    places = [Place.of(test) for test in tests]
+    standing = {
+        name: Standing.of(places, [Place.of(test) for test in some]) for name, some in moved.items()
+    }
+    along = _along(model, tests, {name: suspects[name] for name in moved})
+    answers = _answers(predictor, tests, moved, standing, along)
+    curves = predictor.extrapolated(raw, model)
+    force = predictor.read(tests, curves)
+    found = {}
+    for name, stand in standing.items():
+        effect = suspects[name]
+        try:
+            if name in along:
+                shares = {i: slope_of(answers["", i].result(), name) for i in stand.chosen}
+                slopes = stand.changes(curves, shares)
+                for slope, curve, change in zip(slopes, curves, along[name], strict=True):
+                    slope += change.scale * curve["force_N"].to_numpy()
+                found[name] = predictor.slopes_by(tests, curves, slopes) / effect.typical
+            else:
+                shares = {i: change_of(raw[i], answers[name, i].result()) for i in stand.chosen}
+                after = [
+                    curve.assign(force_N=curve["force_N"] + change)
+                    for curve, change in zip(raw, stand.changes(raw, shares), strict=True)
+                ]
+                if name in model.effects:  # only then is its own change by the mesh known
+                    there = model.changed(effect, model.amplitude(name) + steps[name])
+                else:
+                    there = model
+                moved_force = predictor.read(moved[name], predictor.extrapolated(after, there))
+                found[name] = (moved_force - force) / steps[name]
+        except SpecificationError as error:
+            refused[name] = str(error)
+    return found, refused
+
+
+def _answers(
+    predictor: Predictor,
+    tests: Sequence[BendingTest],
+    moved: Mapping[str, Sequence[BendingTest]],
+    standing: Mapping[str, Standing],
+    along: Mapping[str, Sequence[Along]],
+) -> dict[tuple[str, int], Done[pd.DataFrame]]:
+    """Return curves by effect and number; those with derivatives by many effects have no name."""
+    tasks = {}
+    for i in sorted({i for name in along for i in standing[name].chosen}):
+        directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
+        tasks["", i] = predictor.task(tests[i], tuple(directions))
+    for name, some in moved.items():
+        if name not in along:
+            tasks |= {(name, i): predictor.task(some[i]) for i in standing[name].chosen}
+    return dict(zip(tasks, predictor.runs.map(list(tasks.values())), strict=True))
+
+
+def _moved(
+    predictor: Predictor,
+    model: Model,
+    suspects: Mapping[str, Effect],
+    steps: Mapping[str, float],
+) -> tuple[dict[str, list[BendingTest]], dict[str, str]]:
+    """Return specifications with each amplitude changed, and why there are none."""
+    moved, refused = {}, {}
+    for name, effect in suspects.items():
+        amplitude = model.amplitude(name) + steps[name]
+        try:
+            moved[name] = predictor.tests(model.changed(effect, amplitude))
+        except SpecificationError as error:
+            refused[name] = str(error)
+    return moved, refused
+
+
+def _along(
+    model: Model, tests: Sequence[BendingTest], suspects: Mapping[str, Effect]
+) -> dict[str, list[Along]]:
+    """Return the effects that change numbers only: derivatives by these are cheap.
+
+    Not those of the model, far from whose amplitudes they would tell little.
+    """
+    found = {}
+    for name, effect in suspects.items():
+        if name not in model.effects:
+            changes = [Along.of(effect, test) for test in tests]
+            if all(change is not None for change in changes):
+                found[name] = [change for change in changes if change is not None]
+    return found
+
+
+def _step(effect: Effect, model: Model) -> float:
+    """Return a step of the amplitude that stays within the bounds."""
+    if effect.name not in model.effects:
+        return effect.typical
+    step = DERIVATIVE_SHARE * effect.typical
+    low, high = effect.bounds
+    return step if low <= model.amplitude(effect.name) + step <= high else -step

@@ -1,0 +1,84 @@
+"""Which stalks stand for others, and what is carried over, in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import ramiefenics as rf
+from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
+
+OUTER = "stalk.layers.phloem.outer_diameter_mm"
+
+
+@pytest.fixture
+def stalks(screening: rf.BendingTest) -> list[rf.BendingTest]:
+    """Three of nearly the same size, the mean one last, and one on a shorter span."""
+    near = [rf.override(screening, [f"{OUTER}={mm}"]) for mm in (14.0, 14.6, 14.3)]
+    return [*near, rf.override(screening, ["fixture.span_mm=70"])]
+
+
+def standing(stalks: list[rf.BendingTest], changed: list[rf.BendingTest]) -> Standing:
+    return Standing.of([Place.of(test) for test in stalks], [Place.of(test) for test in changed])
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["fixture.friction.static=0.9", "numerics.mesh=standard", "law=neo_hookean"],
+    ids=["a number", "the mesh", "the law"],
+)
+def test_one_in_the_middle_stands_for_those_near(stalks: list[rf.BendingTest], change: str) -> None:
+    found = standing(stalks, [rf.override(test, [change]) for test in stalks])
+    assert found.by.tolist() == [2, 2, 2, 3]
+    assert found.size == pytest.approx(1.0)
+    assert sorted(found.chosen) == [2, 3]
+
+
+def test_a_larger_change_is_carried_over_in_proportion(stalks: list[rf.BendingTest]) -> None:
+    frictions = [0.59 + change for change in (0.1, 0.15, 0.1, 0.1)]
+    changed = [
+        rf.override(test, [f"fixture.friction.static={friction}"])
+        for test, friction in zip(stalks, frictions, strict=True)
+    ]
+    found = standing(stalks, changed)
+    assert found.by.tolist() == [2, 2, 2, 3]
+    assert found.size == pytest.approx([1.0, 1.5, 1.0, 1.0])
+
+
+def test_changes_of_another_kind_are_simulated(stalks: list[rf.BendingTest]) -> None:
+    """As those of an effect that depends on where the specimen comes from."""
+    changes = ("fixture.friction.static=0.7", f"{OUTER}=14.7", "fixture.span_mm=99", "law=neo_hookean")
+    found = standing(
+        stalks, [rf.override(test, [c]) for test, c in zip(stalks, changes, strict=True)]
+    )
+    assert found.by.tolist() == [0, 1, 2, 3]
+
+
+def test_what_needs_no_simulation_is_not_carried_over(stalks: list[rf.BendingTest]) -> None:
+    """Moduli in proportion, and what is wrong with the machine."""
+    stiffer = [
+        rf.override(test, ["stalk.stiffness_gradient_per_m=0.2", f"stalk.position_mm={mm}"])
+        for test, mm in zip(stalks, (100.0, 200.0, 300.0, 400.0), strict=True)
+    ]
+    gapped = [rf.override(test, ["machine.seating_gap_mm=0.3"]) for test in stalks]
+    for changed in (stiffer, gapped):
+        assert standing(stalks, changed).by.tolist() == [0, 1, 2, 3]
+
+
+def test_changes_are_those_of_forces_in_proportion() -> None:
+    x, denser = np.linspace(0.0, 10.0, 21), np.linspace(0.0, 10.0, 41)
+    force = lambda x, k: k * x / (1.0 + 0.1 * x)  # noqa: E731
+    curves = [
+        pd.DataFrame({"displacement_mm": at, "force_N": force(at, k)})
+        for at, k in ((x, 2.0), (denser, 5.0))
+    ]
+    softer = 0.97 - 0.01 * denser
+    changed = pd.DataFrame({"displacement_mm": denser, "force_N": force(denser, 2.0) * softer})
+    found = Standing(np.array([0, 0]), np.array([1.0, 2.0]))
+    first, second = found.changes(curves, {0: change_of(curves[0], changed)})
+    assert first == pytest.approx(force(x, 2.0) * (-0.03 - 0.01 * x), abs=2e-3)  # interpolated
+    assert second == pytest.approx(force(denser, 5.0) * 2.0 * (-0.03 - 0.01 * denser), abs=2e-2)
+    slopes = curves[0].assign(stiffness=curves[0]["force_N"] * 0.3)
+    _, second = found.changes(curves, {0: slope_of(slopes, "stiffness")})
+    assert second == pytest.approx(0.6 * force(denser, 5.0), rel=1e-9)
