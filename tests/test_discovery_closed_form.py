@@ -175,3 +175,6 @@ def test_a_second_span_tells_a_wrong_span_from_other_moduli(tmp_path: Path) -> N
     assert found["two"].causes == (SPAN.name,)
     low, high = found["two"].interval(SPAN.name)
     assert low < -8.0 < high
+    assert found["one"].condition_gain is None
+    assert found["two"].condition_gain is not None
+    assert found["two"].condition_gain.shown

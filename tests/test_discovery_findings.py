@@ -34,6 +34,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "limits": {},
         "broken": (),
         "next_experiment": "",
+        "condition_gain": None,
         "anatomy": None,
         "factor_moves": moves or {"xylem.axial": 0.5, "phloem.axial": -1.0},
         "dataset": SimpleNamespace(layout=SimpleNamespace(fit_sd=0.1)),

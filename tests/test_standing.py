@@ -48,7 +48,12 @@ def test_a_larger_change_is_carried_over_in_proportion(stalks: list[rf.BendingTe
 
 def test_changes_of_another_kind_are_simulated(stalks: list[rf.BendingTest]) -> None:
     """As those of an effect that depends on where the specimen comes from."""
-    changes = ("fixture.friction.static=0.7", f"{OUTER}=14.7", "fixture.span_mm=99", "law=neo_hookean")
+    changes = (
+        "fixture.friction.static=0.7",
+        f"{OUTER}=14.7",
+        "fixture.span_mm=99",
+        "law=neo_hookean",
+    )
     found = standing(
         stalks, [rf.override(test, [c]) for test, c in zip(stalks, changes, strict=True)]
     )

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramiefenics.discovery.blocks import Array, Blocks
 from ramiefenics.discovery.scatter import Scatter
@@ -145,6 +146,20 @@ class Evidence:
     def but_without(self, specimen: int) -> Evidence:
         """Return the evidence without what a specimen says: it is taken for broken."""
         return dataclasses.replace(self, broken=self.broken | {specimen})
+
+    def blind_to(self, curves: NDArray[np.bool_]) -> Evidence:
+        """Return the evidence in which certain curves, shape (r,), tell nothing of anything."""
+        told = np.where(curves, 0.0, 1.0)[:, None]
+        suspects = {
+            name: dataclasses.replace(suspect, signature=told * suspect.signature)
+            for name, suspect in self.suspects.items()
+        }
+        return dataclasses.replace(
+            self,
+            by_factors=told[..., None] * self.by_factors,
+            nuisance=told[..., None] * self.nuisance,
+            suspects=suspects,
+        )
 
     def with_nuisance(self, columns: Array) -> Evidence:
         """Return the evidence with more nuisance, shape (r, q, m)."""

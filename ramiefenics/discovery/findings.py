@@ -59,7 +59,13 @@ def _verdict(found: Discovery) -> str:
     assert found.gain is not None  # something was suspected
     assert found.shape_gain is not None
     told = _predictions(found.gain, found.shape_gain)
-    return f"{_named(found, p)} {told[0].upper()}{told[1:]}"
+    named = f"{_named(found, p)} {told[0].upper()}{told[1:]}"
+    if found.condition_gain is None:
+        return named
+    return (
+        f"{named} Curves under a condition left out are predicted from those of the same specimens "
+        f"under the others with an error of {_errors(found.condition_gain)}."
+    )
 
 
 def _anatomy(found: Discovery) -> str:

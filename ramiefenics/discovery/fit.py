@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import chi2
 
-from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.blocks import Array, Integers
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit_scatter import UNKNOWN
 from ramiefenics.discovery.scatter import Scatter
@@ -150,6 +150,23 @@ class Fit:
         """Return the same where each specimen's own factors are fitted to its own curves."""
         errors = self.left_out()
         return errors - self._by_own(self._own_log_factors(errors))
+
+    def left_out_condition(self, condition: Integers) -> Array:
+        """Return what a fit to curves under all other conditions leaves of each, shape (r, m).
+
+        Parameters
+        ----------
+        condition
+            Of each curve, shape (r,).
+        """
+        left = np.empty_like(self.evidence.residual)
+        for one in np.unique(condition):
+            out = condition == one
+            others = dataclasses.replace(self, evidence=self.evidence.blind_to(out))
+            own = others._own_log_factors(others._without_shared())
+            shared = np.einsum("rcm,c->rm", self._columns(), others._deviations[0])
+            left[out] = (self.evidence.residual - shared - self._by_own(own))[out]
+        return left
 
     def conflict(self) -> float:
         """Return the probability of common log factors as far from what was known of them.

@@ -1,13 +1,15 @@
-"""How much better specimens are predicted that a fit has not seen."""
+"""How much better curves are predicted that a fit has not seen."""
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ramiefenics.discovery.blocks import Array, Integers
+from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.observed import Observed
 
 DRAWS = 2000
@@ -16,20 +18,20 @@ DRAWS = 2000
 
 @dataclass(frozen=True)
 class Gain:
-    """How much better specimens are predicted that the fit has not seen.
+    """How much better curves are predicted that the fit has not seen.
 
     Attributes
     ----------
     before_N, after_N, plain_N
         Errors of the predicted curves without and with the effects, and of the mean curve of the
-        other specimens, each specimen left out in turn, shape (r, m).
+        other specimens if that predicts them too, shape (r, m).
     interval
         Of `ratio`, 95 %, by paired bootstrap: specimens are drawn, not points.
     """
 
     before_N: Array
     after_N: Array
-    plain_N: Array
+    plain_N: Array | None
     interval: tuple[float, float]
 
     @property
@@ -43,9 +45,9 @@ class Gain:
         return float(np.sqrt((self.after_N**2).mean()))
 
     @property
-    def rmse_plain_N(self) -> float:
+    def rmse_plain_N(self) -> float | None:
         """Root mean square error of the other specimens' mean curve."""
-        return float(np.sqrt((self.plain_N**2).mean()))
+        return None if self.plain_N is None else float(np.sqrt((self.plain_N**2).mean()))
 
     @property
     def ratio(self) -> float:
@@ -70,7 +72,11 @@ class Gain:
 
 
 def measure_gain(
-    before_N: Array, after_N: Array, plain_N: Array, specimen: Integers, rng: np.random.Generator
+    before_N: Array,
+    after_N: Array,
+    plain_N: Array | None,
+    specimen: Integers,
+    rng: np.random.Generator,
 ) -> Gain:
     """Return the gain.
 
@@ -89,6 +95,62 @@ def measure_gain(
     ratios = np.sqrt(after[picked].mean(axis=1) / before[picked].mean(axis=1))
     low, high = np.quantile(ratios, (0.025, 0.975))
     return Gain(before_N, after_N, plain_N, (float(low), float(high)))
+
+
+def gains(
+    observed: Observed, before: Fit, after: Fit, rng: np.random.Generator
+) -> tuple[Gain, Gain]:
+    """Return the gains of curves and of their shapes, of specimens left out that are not broken.
+
+    Parameters
+    ----------
+    observed
+        Measured curves.
+    before, after
+        Without effects, and with them.
+    rng
+        Random numbers.
+    """
+    blocks, peaks = observed.blocks, observed.peak_N[:, None]
+    whole = np.isin(blocks.specimen, after.evidence.whole)
+
+    def gain(left_before: Array, left_after: Array, scaled: bool) -> Gain:
+        plain = plain_errors(observed, scaled)
+        errors = ((peaks * left_before)[whole], (peaks * left_after)[whole], plain[whole])
+        return measure_gain(*errors, blocks.specimen[whole], rng)
+
+    return (
+        gain(before.left_out(), after.left_out(), scaled=False),
+        gain(before.left_out_shape(), after.left_out_shape(), scaled=True),
+    )
+
+
+def condition_gain(
+    observed: Observed,
+    conditions: Sequence[Hashable],
+    before: Fit,
+    after: Fit,
+    rng: np.random.Generator,
+) -> Gain | None:
+    """Return the gain under conditions left out; None unless specimens were tested under several.
+
+    Parameters
+    ----------
+    observed, before, after, rng
+        As for `gains`.
+    conditions
+        Of every curve.
+    """
+    names, blocks = list(dict.fromkeys(conditions)), observed.blocks
+    if len(names) < 2 or blocks.most < 2:
+        return None
+    condition = np.array([names.index(one) for one in conditions])
+    whole = np.isin(blocks.specimen, after.evidence.whole)
+    errors_before, errors_after = (
+        (observed.peak_N[:, None] * fit.left_out_condition(condition))[whole]
+        for fit in (before, after)
+    )
+    return measure_gain(errors_before, errors_after, None, blocks.specimen[whole], rng)
 
 
 def plain_errors(observed: Observed, scaled: bool) -> Array:

@@ -14,7 +14,7 @@ from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fitting import Fitted, Fitter
-from ramiefenics.discovery.gain import Gain, measure_gain, plain_errors
+from ramiefenics.discovery.gain import condition_gain, gains
 from ramiefenics.discovery.hidden import Limit, cosines, limits
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.meshes import on_mesh
@@ -192,35 +192,16 @@ class _Inquiry:
         tests = [record.test for record in records]
         simulating = self._predictor.rephrased(tests, self._runs.runs)
         anatomist = Anatomist(self._dataset, self._observed, simulating)
-        learned, gains = anatomist.learn(baseline)
-        gain, shape = self._gains(baseline.fit, learned.fit)
+        learned, log_gains = anatomist.learn(baseline)
+        gain, shape = gains(self._observed, baseline.fit, learned.fit, self._rng)
         return Anatomy(
-            log_evidence_gains=gains,
+            log_evidence_gains=log_gains,
             learned=learned,
             test=baseline.curves.model.test(self._dataset.baseline, learned.fit.mean_log_factors),
             misfit_p_value=chance_of_misfit(learned.fit, self._rng),
             gain=gain,
             shape_gain=shape,
         )
-
-    def _gains(self, before: Fit, after: Fit) -> list[Gain]:
-        """Return the gains of curves and of shapes, of specimens that are not broken."""
-        blocks, peaks = self._observed.blocks, self._observed.peak_N[:, None]
-        whole = np.isin(blocks.specimen, after.evidence.whole)
-        errors = [
-            (peaks * before.left_out(), peaks * after.left_out(), False),
-            (peaks * before.left_out_shape(), peaks * after.left_out_shape(), True),
-        ]
-        return [
-            measure_gain(
-                b[whole],
-                a[whole],
-                plain_errors(self._observed, scaled)[whole],
-                blocks.specimen[whole],
-                self._rng,
-            )
-            for b, a, scaled in errors
-        ]
 
     def _discovery(
         self,
@@ -235,7 +216,12 @@ class _Inquiry:
         left = before if extended is None else chance_of_misfit(last, self._rng)
         groups = () if extended is None else self._believed(last, causes)
         conflict = last.conflict()
-        gain, shape = (None, None) if extended is None else self._gains(baseline.fit, last)
+        gain = shape = elsewhere = None
+        if extended is not None:
+            gain, shape = gains(self._observed, baseline.fit, last, self._rng)
+            elsewhere = condition_gain(
+                self._observed, self._dataset.conditions, baseline.fit, last, self._rng
+            )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
         alone = extended is not None and len(groups) < len(causes.groups())
         verdict = decide(p_value, left, conflict, groups, alone)
@@ -258,6 +244,7 @@ class _Inquiry:
             alike=cosines(last),
             gain=gain,
             shape_gain=shape,
+            condition_gain=elsewhere,
             anatomy=self._anatomy(baseline) if verdict == "unknown" else None,
             effort=Effort(self._runs.asked, self._runs.simulated, self._runs.error),
         )

@@ -100,6 +100,9 @@ class Discovery(Result):
         Of predictions of specimens left out, with the most probable set: of their curves, by what
         is known of them without bending them; and of the curves' shapes, where their own factors
         are fitted to them. None where nothing was suspected.
+    condition_gain
+        Of predictions of curves under conditions left out (`tests.csv`), by what others tell of
+        the same specimens. None besides where there is one condition only.
     anatomy
         What is missing, learned inside the model; None unless it is unknown.
     effort
@@ -126,6 +129,7 @@ class Discovery(Result):
     alike: Mapping[tuple[str, str], float]
     gain: Gain | None
     shape_gain: Gain | None
+    condition_gain: Gain | None
     anatomy: Anatomy | None
     effort: Effort
 
@@ -287,6 +291,9 @@ class Discovery(Result):
             "conflict_p_value": self.conflict_p_value,
             "gain": None if self.gain is None else self.gain.numbers(),
             "shape_gain": None if self.shape_gain is None else self.shape_gain.numbers(),
+            "condition_gain": None
+            if self.condition_gain is None
+            else self.condition_gain.numbers(),
             "anatomy": None if self.anatomy is None else self.anatomy.numbers(),
             "probability_of_any": self.posterior.some,
             "probabilities": self.posterior.inclusion(),

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.measured.changes import changed
-from ramiefenics.measured.layout import Layout
+from ramiefenics.measured.layout import Layout, listed
 from ramiefenics.measured.listing import Listed, list_tests
 from ramiefenics.measured.record import REDUCED, Record, read_record
 from ramiefenics.measured.records import same_record
@@ -65,6 +65,12 @@ class Dataset:
     def range_mm(self) -> tuple[float, float]:
         """Displacements between which curves are compared; some may end before."""
         return self.layout.from_mm, max(record.range_mm[1] for record in self.records)
+
+    @property
+    def conditions(self) -> tuple[tuple[str, ...], ...]:
+        """What `tests.csv` says of every record; nothing where there is no such file."""
+        columns = [name for names in self.layout.tests.values() for name in listed(names)]
+        return tuple(tuple(record.row[name] for name in columns) for record in self.records)
 
     def notes(self) -> list[str]:
         """Return what of the records is not compared."""
