@@ -2,7 +2,7 @@
 
     OMP_NUM_THREADS=1 ./run python benchmarks/effect_signatures.py
 
-A quarter of an hour on two cores; what has been simulated before is kept. Writes
+An hour on two cores; what has been simulated before is kept. Writes
 `records/effect_signatures.json` and the figures of `docs/effects.md`; afterwards
 `benchmarks/effects.py` writes that page.
 
@@ -10,11 +10,13 @@ Curves are those of a mean ramie stalk on the recipe `screening`, as the machine
 fit of the layers' moduli, known to 10 % each, takes a part of a signature s away. Beside errors of
 a covariance E it leaves ``E C^-1 s``, with ``C = E + D S D^T`` from the derivatives D of the curve
 by the moduli's logarithms and their prior covariance S (Tarantola 2005, section 3.2). Two effects
-look alike where ``C^-1/2 s`` of both point the same way.
+look alike where ``C^-1/2 s`` of both point the same way. With a second test of the same stalk, s
+and D are those of both tests, one after the other.
 """
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -26,12 +28,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from record import DOCS, write_record
 
-from ramiefenics import BendingTest, SpecificationWarning, override
+from ramiefenics import BendingTest, SpecificationError, SpecificationWarning, override
 from ramiefenics.discovery.factors import factors
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.published.stalks import ramie
 from ramiefenics.results.style import BLUE, GREY, SKY, STYLE, VERMILION
-from ramiefenics.runs import Done, KeptRun, Runs, Simulation
+from ramiefenics.runs import Done, KeptRun, Runs, Simulation, workers
 from ramiefenics.runs.curve import CurveTask
 
 PRIOR_SD, ERROR_SHARE = 0.1, 0.01
@@ -41,6 +43,15 @@ LEAST_SHARE = 5e-3
 """Of the peak: what changes the force by less does not show beside the errors of steps."""
 
 ALIKE_DEG = 30.0
+
+SECOND: dict[str, list[str]] = {
+    "span 70 mm": ["fixture.span_mm=70"],
+    "radii 10 mm": ["fixture.indenter_radius_mm=10", "fixture.support_radius_mm=10"],
+    "turned by 90 degrees": ["numerics.domain=half", "stalk.rotation_deg=90"],
+    "a hundred times faster": ["protocol.speed_mm_per_s=100"],
+    "unloaded": ["protocol.then=[{to_mm=0}]"],
+}
+"""Tests of the same stalk besides, by what they are; the last goes on where the first ends."""
 
 Array = NDArray[np.float64]
 GRID_MM: Array = np.linspace(0.25, 14.0, 56)
@@ -93,10 +104,33 @@ class Baseline:
         weights = np.linalg.inv(self.covariance(points))
         return float(a @ weights @ b / np.sqrt((a @ weights @ a) * (b @ weights @ b)))
 
+    def with_other(self, other: Baseline) -> Baseline:
+        """Return both tests of the same stalk, one after the other."""
+        slopes = np.concatenate([self.slopes_N, other.slopes_N])
+        return Baseline(np.concatenate([self.force_N, other.force_N]), slopes)
+
     @property
     def band_N(self) -> Array:
         """Half width of the 95 % interval that the moduli leave the force, N."""
         return np.asarray(1.96 * PRIOR_SD * np.sqrt((self.slopes_N**2).sum(axis=1)))
+
+
+def recorded(curve: pd.DataFrame, unloading: bool = False) -> Array:
+    """Return the recorded force on the grid, N; NaN where there is none.
+
+    Parameters
+    ----------
+    curve
+        Of a result.
+    unloading
+        After the turning point, not before.
+    """
+    travel, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
+    turn = int(np.argmax(travel))
+    if unloading:
+        part = slice(len(curve) - 1, turn - 1 if turn else None, -1)
+        return np.interp(GRID_MM, travel[part], force[part], left=np.nan, right=np.nan)
+    return np.interp(GRID_MM, travel[: turn + 1], force[: turn + 1], right=np.nan)
 
 
 def signature(baseline: Baseline, effect: Effect, test: BendingTest, run: Done[KeptRun]) -> Any:
@@ -106,9 +140,7 @@ def signature(baseline: Baseline, effect: Effect, test: BendingTest, run: Done[K
     result = run.result().result
     if result.jumps:
         return f"not smooth: the stalk jumps at {result.jumps[0].displacement_mm:.1f} mm"
-    curve = result.curve
-    travel, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
-    change = np.interp(GRID_MM, travel, force, right=np.nan) - baseline.force_N
+    change = recorded(result.curve) - baseline.force_N
     if np.nanmax(np.abs(change)) > LEAST_SHARE * baseline.peak_N:
         return change
     if effect.covariates:
@@ -163,39 +195,96 @@ def heat_map(names: list[str], angles: Array) -> Figure:
     return drawing
 
 
+def second(runs: Runs, test: BendingTest, what: str) -> tuple[Baseline, dict[str, Array]]:
+    """Return the baseline of a second test, and all signatures in it that are smooth.
+
+    Slopes of unloading are those of loading, in proportion to the force: the baseline is elastic.
+    """
+    other, unloading = override(test, SECOND[what]), what == "unloaded"
+    loading = override(other, ["protocol.then=[]"])
+    (curve,) = runs.map([CurveTask(loading, factors(test))])
+    baseline = Baseline.read(curve.result())
+    if unloading:
+        (back,) = runs.map([Simulation(other)])
+        force = np.nan_to_num(recorded(back.result().result.curve, unloading))
+        share = force / baseline.force_N
+        baseline = Baseline(force, share[:, None] * baseline.slopes_N)
+    changes = {}
+    tests = _changed(other)
+    for name, done in zip(tests, runs.map([Simulation(t) for t in tests.values()]), strict=True):
+        if done.error is None and not done.result().result.jumps:
+            curve = recorded(done.result().result.curve, unloading)
+            changes[name] = curve - baseline.force_N
+    return baseline, changes
+
+
 def main() -> None:
     """Run what is not kept yet, then write record and figures."""
     warnings.simplefilter("ignore", SpecificationWarning)
     settings = ["numerics.mesh=screening", "numerics.acoustic_check=false"]
     test = override(ramie(14.23, 7.28, 0.67), settings)
-    runs = Runs()
-    (curve,) = runs.map([CurveTask(test, factors(test))])
-    baseline = Baseline.read(curve.result())
-    done = runs.map([Simulation(e.apply(test, e.typical)) for e in EFFECTS.values()])
-    either = {
-        name: signature(baseline, effect, test, run)
-        for (name, effect), run in zip(EFFECTS.items(), done, strict=True)
-    }
-    found = {name: change for name, change in either.items() if not isinstance(change, str)}
-    pairs = [(EFFECTS[name], change) for name, change in found.items()]
-    angles = np.array([[angle_deg(baseline, a, b) for b in pairs] for a in pairs])
+    with workers() as pool:
+        runs = Runs(executor=pool)
+        (curve,) = runs.map([CurveTask(test, factors(test))])
+        baseline = Baseline.read(curve.result())
+        done = runs.map([Simulation(e.apply(test, e.typical)) for e in EFFECTS.values()])
+        either = {
+            name: signature(baseline, effect, test, run)
+            for (name, effect), run in zip(EFFECTS.items(), done, strict=True)
+        }
+        found = {name: change for name, change in either.items() if not isinstance(change, str)}
+        both = {
+            what: (baseline.with_other(base), _joined(found, changes))
+            for what in SECOND
+            for base, changes in [second(runs, test, what)]
+        }
+    alone = angles(baseline, found)
+    together = {what: angles(base, changes) for what, (base, changes) in both.items()}
     record: dict[str, dict[str, Any]] = {}
     for name, change in either.items():
         record[name] = {"amplitude": EFFECTS[name].typical}
         if isinstance(change, str):
             record[name]["word"] = change
             continue
-        near = dict(zip(found, angles[list(found).index(name)].tolist(), strict=True))
-        del near[name]
-        alike = sorted((angle, other) for other, angle in near.items() if angle < ALIKE_DEG)
+        alike = sorted(
+            (angle, other)
+            for (one, other), angle in alone.items()
+            if one == name != other and angle < ALIKE_DEG
+        )
         record[name] |= {
             "rms_percent": percent(change, baseline),
             "left_percent": percent(baseline.left(change), baseline),
             "alike": {other: round(angle) for angle, other in alike},
+            "with_second_test": {
+                other: {
+                    w: round(of[name, other]) for w, of in together.items() if (name, other) in of
+                }
+                for _, other in alike
+            },
         }
     write_record("effect_signatures", record)
     panels(baseline, found).savefig(DOCS / "effects_signatures.png")
-    heat_map(list(found), angles).savefig(DOCS / "effects_angles.png")
+    matrix = np.array([[alone[a, b] for b in found] for a in found])
+    heat_map(list(found), matrix).savefig(DOCS / "effects_angles.png")
+
+
+def angles(baseline: Baseline, changes: dict[str, Array]) -> dict[tuple[str, str], float]:
+    """Return the angles of all pairs of signatures."""
+    pairs = [(EFFECTS[name], change) for name, change in changes.items()]
+    return {(a[0].name, b[0].name): angle_deg(baseline, a, b) for a in pairs for b in pairs}
+
+
+def _joined(first: dict[str, Array], others: dict[str, Array]) -> dict[str, Array]:
+    return {n: np.concatenate([first[n], others[n]]) for n in first if n in others}
+
+
+def _changed(test: BendingTest) -> dict[str, BendingTest]:
+    """Return the test with each effect that has a meaning for it."""
+    found = {}
+    for name, effect in EFFECTS.items():
+        with contextlib.suppress(SpecificationError):
+            found[name] = effect.apply(test, effect.typical)
+    return found
 
 
 def percent(change_N: Array, baseline: Baseline) -> float:

@@ -67,6 +67,13 @@ where they are large. All angles are below.
 {mistaken}
 ![Angles between the signatures of all effects](effects_angles.png)
 
+## With a second test
+
+Degrees between those that are alike in one test, if the same stalk is tested a second time: on \
+another span, under thicker cylinders, turned, a hundred times faster, or unloaded after the first \
+loading. `ramiefenics plan` does this for your test and what you know of your stalks.
+
+{second}
 ## What does not combine
 
 Every pair was applied at typical size to a ramie stalk, in both orders. All others combine.
@@ -93,6 +100,7 @@ def page() -> str:
         effects=markdown(pd.DataFrame(effects)),
         physics="".join(_physics(effect) for effect in EFFECTS.values()),
         mistaken=_mistaken(),
+        second=_second(),
         excluded=_excluded(),
     )
 
@@ -121,6 +129,18 @@ def _mistaken() -> str:
             }
         )
     return markdown(pd.DataFrame(rows))
+
+
+def _second() -> str:
+    """Tell of every pair that is alike what a second test makes of its angle."""
+    record = json.loads(SIGNATURES.read_text(encoding="utf-8"))
+    rows, names = [], list(EFFECTS)
+    for name, found in record.items():
+        for other, angles in found.get("with_second_test", {}).items():
+            if names.index(name) < names.index(other):
+                one = {"effects": f"`{name}`, `{other}`", "one test": found["alike"][other]}
+                rows.append(one | angles)
+    return markdown(pd.DataFrame(rows).astype(object))
 
 
 def _excluded() -> str:
