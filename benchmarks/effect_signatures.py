@@ -256,10 +256,7 @@ def main() -> None:
             "left_percent": percent(baseline.left(change), baseline),
             "alike": {other: round(angle) for angle, other in alike},
             "with_second_test": {
-                other: {
-                    w: round(of[name, other]) for w, of in together.items() if (name, other) in of
-                }
-                for _, other in alike
+                other: _with_second(together, (name, other)) for _, other in alike
             },
         }
     write_record("effect_signatures", record)
@@ -272,6 +269,12 @@ def angles(baseline: Baseline, changes: dict[str, Array]) -> dict[tuple[str, str
     """Return the angles of all pairs of signatures."""
     pairs = [(EFFECTS[name], change) for name, change in changes.items()]
     return {(a[0].name, b[0].name): angle_deg(baseline, a, b) for a in pairs for b in pairs}
+
+
+def _with_second(
+    together: dict[str, dict[tuple[str, str], float]], pair: tuple[str, str]
+) -> dict[str, int]:
+    return {what: round(of[pair]) for what, of in together.items() if pair in of}
 
 
 def _joined(first: dict[str, Array], others: dict[str, Array]) -> dict[str, Array]:
