@@ -164,8 +164,9 @@ def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> Non
     assert again.equals(first)
     # forces scale with the moduli: nothing to simulate for a stalk that is stiffer as a whole
     graded = rf.override(coarse, ["stalk.stiffness_gradient_per_m=0.5", "stalk.position_mm=500"])
-    stiffer = simulated(runs, [CurveTask(graded)])[0]
+    usual, stiffer = simulated(runs, [CurveTask(coarse), CurveTask(graded)])
     assert runs.computed == 1
+    assert usual.equals(first)  # also where both are asked for at once
     direct = rf.simulate(rf.override(graded, ["numerics.acoustic_check=false"])).curve
     assert np.allclose(stiffer["force_N"], direct["force_N"], rtol=1e-4)
     assert not new.equals(first)

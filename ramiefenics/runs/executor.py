@@ -102,28 +102,30 @@ class Runs:
         names = [task.keys()[0] for task in tasks]
         distinct = dict(zip(names, tasks, strict=True))
         kept = {name: store.get(name) for name in distinct}
-        done = {n: Done(distinct[n].read(text)) for n, text in kept.items() if text is not None}
-        left = {name: task for name, task in distinct.items() if name not in done}
+        found: dict[str, str | Exception] = {
+            n: text for n, text in kept.items() if text is not None
+        }
+        left = {name: task for name, task in distinct.items() if name not in found}
         self.asked += len(tasks)
         self.computed += len(left)
-        log.info("%d tasks: %d kept, %d to compute", len(distinct), len(done), len(left))
-        self._on_done(len(done))
+        log.info("%d tasks: %d kept, %d to compute", len(distinct), len(found), len(left))
+        self._on_done(len(found))
         if left:
-            done |= self._compute(left)
-        return [done[name] for name in names]
+            found |= self._compute(left)
+        return [_read(task, found[name]) for task, name in zip(tasks, names, strict=True)]
 
-    def _compute(self, tasks: dict[str, Task[T]]) -> dict[str, Done[T]]:
-        done: dict[str, Done[T]] = {}
+    def _compute(self, tasks: dict[str, Task[T]]) -> dict[str, str | Exception]:
+        found: dict[str, str | Exception] = {}
         with workers(self._executor) as pool:
             futures = {pool.submit(compute, t, self._folder): n for n, t in tasks.items()}
             try:
                 for future in as_completed(futures):
                     name, error = futures[future], future.exception()
                     if error is None:
-                        done[name] = Done(tasks[name].read(future.result()))
+                        found[name] = future.result()
                     elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
                         log.info("failed: %s", error)
-                        done[name] = Done(None, error)
+                        found[name] = error
                     else:
                         raise error
                     self._on_done(1)
@@ -131,7 +133,12 @@ class Runs:
                 for future in futures:
                     future.cancel()
                 raise
-        return done
+        return found
+
+
+def _read(task: Task[T], found: str | Exception) -> Done[T]:
+    """Return what came of a task: tasks that are simulated together may read it differently."""
+    return Done(task.read(found)) if isinstance(found, str) else Done(None, found)
 
 
 def compute(task: Task[object], folder: Path | None = None) -> str:
