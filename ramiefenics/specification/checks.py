@@ -78,26 +78,27 @@ def checked_number(
     SpecificationError
         If the value is no finite number or out of bounds.
     """
-    bounds = [
-        f"{word} {bound:g}{' ' + unit if unit else ''}"
-        for word, bound in (
-            ("above", above),
-            ("at least", at_least),
-            ("below", below),
-            ("at most", at_most),
-        )
-        if bound is not None
-    ]
-    allowed = "must be a number " + " and ".join(bounds) if bounds else "must be a finite number"
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise SpecificationError(name, value, allowed)
     if (
-        (above is not None and value <= above)
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not math.isfinite(value)
+        or (above is not None and value <= above)
         or (at_least is not None and value < at_least)
         or (below is not None and value >= below)
         or (at_most is not None and value > at_most)
     ):
-        raise SpecificationError(name, value, allowed)
+        bounds = [
+            f"{word} {bound:g}{' ' + unit if unit else ''}"
+            for word, bound in (
+                ("above", above),
+                ("at least", at_least),
+                ("below", below),
+                ("at most", at_most),
+            )
+            if bound is not None
+        ]
+        allowed = f"a number {' and '.join(bounds)}" if bounds else "a finite number"
+        raise SpecificationError(name, value, f"must be {allowed}")
     return float(value)
 
 

@@ -128,18 +128,24 @@ def from_dict(cls: type[T], data: Any) -> T:
         return typing.cast(T, mesh_recipe(data))
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
-    fields = {f.name: f for f in dataclasses.fields(typing.cast(Any, cls))}
-    hints = _hints(typing.cast(Any, cls))
+    table = typing.cast(Any, cls)
+    names, required, hints = _names(table), _required(table), _hints(table)
     for key in data:
-        if key not in fields:
-            raise _unknown(key, data[key], fields)
-    values, required = {}, _required(cls)
-    for name in fields:
+        if key not in names:
+            raise _unknown(key, data[key], names)
+    values = {}
+    for name in names:
         if name in data:
             values[name] = _convert(hints[name], name, data[name])
         elif name in required:
             raise SpecificationError(name, None, "is required but missing")
     return cls(**values)
+
+
+@functools.cache
+def _names(cls: Any) -> tuple[str, ...]:
+    """Return the names of a dataclass's fields, none of another class."""
+    return tuple(f.name for f in dataclasses.fields(cls)) if dataclasses.is_dataclass(cls) else ()
 
 
 @functools.cache
@@ -168,6 +174,7 @@ def _alternative(hint: Any, value: Any) -> Any:
     return options[0]
 
 
+@functools.cache
 def _required(cls: Any) -> set[str]:
     missing = dataclasses.MISSING
     fields = dataclasses.fields(cls)
@@ -216,8 +223,9 @@ def to_dict(obj: Any) -> Any:
 
     What is infinite is a word, as JSON has no number for it; `from_dict` takes either.
     """
-    if dataclasses.is_dataclass(obj) and not isinstance(obj, type):
-        values = {f.name: getattr(obj, f.name) for f in dataclasses.fields(obj)}
+    kind: Any = type(obj)
+    if names := _names(kind):
+        values = {name: getattr(obj, name) for name in names}
         return {n: to_dict(value) for n, value in values.items() if value not in (None, {})}
     if isinstance(obj, tuple):
         return [to_dict(item) for item in obj]
@@ -226,12 +234,14 @@ def to_dict(obj: Any) -> Any:
 
 def value_at(test: BendingTest, key: str) -> Any:
     """Return what a test has at a dotted key, layers by name; None if there is nothing."""
-    data = to_dict(test)
+    at: Any = test
     for part in key.split("."):
-        if isinstance(data, list):
-            data = _by_label(data)
-        data = data.get(part) if isinstance(data, dict) else None
-    return data
+        if isinstance(at, tuple):
+            at = {str(getattr(entry, "name", index)): entry for index, entry in enumerate(at)}
+        elif names := _names(typing.cast(Any, type(at))):
+            at = {name: getattr(at, name) for name in names}
+        at = at.get(part) if isinstance(at, dict) else None
+    return None if at == {} else to_dict(at)
 
 
 def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:

@@ -9,7 +9,6 @@ import functools
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ramiefenics.specification.checks import check_choice, check_integer, check_number
 from ramiefenics.specification.errors import SpecificationError
@@ -85,8 +84,8 @@ class MeshRecipe:
         check_choice(self, "serendipity", (False, True))
         if self.serendipity and self.order == 1:
             raise SpecificationError("serendipity", True, "is for order 2 only")
-        if self.name in recipe_names():
-            recipe = MeshRecipe(**_read(self.name))
+        if self.name in _names():
+            recipe = _unnamed(self.name)
             if dataclasses.replace(self, name=recipe.name) != recipe:
                 object.__setattr__(self, "name", recipe.name)
 
@@ -106,7 +105,12 @@ def recipe_folder() -> Path:
 
 def recipe_names() -> list[str]:
     """Return the names of all recipes, sorted."""
-    return sorted(path.stem for path in recipe_folder().glob("*.toml"))
+    return list(_names())
+
+
+@functools.cache  # every recipe that is made looks here
+def _names() -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in recipe_folder().glob("*.toml")))
 
 
 @functools.cache
@@ -124,13 +128,13 @@ def mesh_recipe(name: str) -> MeshRecipe:
         raise SpecificationError(
             "", name, f"is no mesh recipe{hint}; known: {', '.join(recipe_names())}"
         )
-    return MeshRecipe(name=name, **_read(name))
+    return dataclasses.replace(_unnamed(name), name=name)
 
 
 @functools.cache
-def _read(name: str) -> dict[str, Any]:
+def _unnamed(name: str) -> MeshRecipe:
     with (recipe_folder() / f"{name}.toml").open("rb") as stream:
-        return tomllib.load(stream)
+        return MeshRecipe(**tomllib.load(stream))
 
 
 @functools.cache
