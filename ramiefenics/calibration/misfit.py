@@ -121,9 +121,14 @@ class Misfit:
         fixed
             A factor, by number, and the value that it is to keep.
         """
+        others = [n for n in range(self.region.dimension) if fixed is None or n != fixed[0]]
 
         def whole(points: Array) -> Array:
-            return points if fixed is None else np.insert(points, fixed[0], fixed[1], axis=-1)
+            if fixed is None:
+                return points
+            full = np.full((*points.shape[:-1], self.region.dimension), fixed[1])
+            full[..., others] = points
+            return full
 
         def value(point: Array) -> float:
             return float(self.of(whole(point)[None])[0])
@@ -131,7 +136,7 @@ class Misfit:
         def gradient(point: Array) -> Array:
             at = whole(point)
             slope = 2.0 * self.residuals(at[None])[0] @ self.jacobian(at)
-            return slope if fixed is None else np.delete(slope, fixed[0])
+            return np.asarray(slope[others])
 
         region = self.region if fixed is None else self.region.slice(fixed[1])
         if region.dimension == 0:

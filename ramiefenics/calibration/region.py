@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -81,8 +82,10 @@ class Region:
         return np.asarray(points * np.minimum(1.0, self.radius / np.maximum(distances, 1e-300)))
 
 
+@functools.lru_cache(maxsize=16)  # every point of a profile asks for the same ones
 def sobol_points(dimension: int, number: int, seed: int) -> Array:
     """Return points of a scrambled Sobol sequence in [-1, 1], of shape (number, dimension)."""
     sampler = qmc.Sobol(dimension, seed=seed)
-    points = sampler.random_base2(max(0, math.ceil(math.log2(number))))[:number]
-    return np.asarray(2.0 * points - 1.0)
+    points = 2.0 * sampler.random_base2(max(0, math.ceil(math.log2(number))))[:number] - 1.0
+    points.flags.writeable = False
+    return np.asarray(points)
