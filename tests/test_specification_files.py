@@ -8,7 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from ramiefenics import BendingTest, SpecificationError, override, ramie, read_test, write_test
+from ramiefenics import (
+    EFFECTS,
+    BendingTest,
+    SpecificationError,
+    override,
+    ramie,
+    read_test,
+    write_test,
+)
 from ramiefenics.cli import main
 
 GOOD = """
@@ -168,6 +176,14 @@ def test_override_reaches_layers_by_name_and_leaves_the_rest() -> None:
     assert after.stalk.layers[0].material.elastic.E_Z_MPa == 300.0
     assert after.stalk.layers[1] == before.stalk.layers[1]
     assert before.stalk.layers[0].material.elastic.E_Z_MPa == 320.0
+
+
+def test_override_of_a_laws_own_constant_leaves_the_test_it_started_from() -> None:
+    before = EFFECTS["fibre_yield"].apply(ramie(14.23, 7.28, 0.67), 0.3)
+    key = "stalk.layers.phloem.material.law_constants.yield_strain"
+    after = override(before, [f"{key}=0.5"])
+    found = [test.stalk.layers[-1].material.law_constants for test in (before, after)]
+    assert [constants["yield_strain"] for constants in found] == [0.01, 0.5]
 
 
 def test_specification_cannot_be_changed() -> None:

@@ -116,7 +116,7 @@ test_from_dict.__test__ = False  # type: ignore[attr-defined]  # pytest takes th
 
 
 def from_dict(cls: type[T], data: Any) -> T:
-    """Build a dataclass from nested mappings.
+    """Build a dataclass from nested mappings, of which some may be built already.
 
     Raises
     ------
@@ -124,6 +124,8 @@ def from_dict(cls: type[T], data: Any) -> T:
         On unknown or missing keys and on values that the dataclass refuses; the field's dotted
         name is complete.
     """
+    if isinstance(data, cls):
+        return data
     if cls is MeshRecipe and isinstance(data, str):
         return typing.cast(T, mesh_recipe(data))
     if not isinstance(data, Mapping):
@@ -229,6 +231,8 @@ def to_dict(obj: Any) -> Any:
         return {n: to_dict(value) for n, value in values.items() if value not in (None, {})}
     if isinstance(obj, tuple):
         return [to_dict(item) for item in obj]
+    if isinstance(obj, dict):
+        return {name: to_dict(value) for name, value in obj.items()}
     return INFINITE if obj == math.inf else obj
 
 
@@ -260,13 +264,15 @@ def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
     SpecificationError
         On an unknown key or a value that is refused.
     """
-    data = to_dict(test)
+    data, touched = to_dict(test), set()
     for assignment in assignments:
         key, equals, text = assignment.partition("=")
         if not equals or not key.strip():
             raise SpecificationError("--set", assignment, "must be of the form key=value")
         _assign(data, BendingTest, key.strip(), _parse_value(text.strip()))
-    return test_from_dict(data)
+        touched.add(key.strip().partition(".")[0])
+    kept = {name: getattr(test, name) for name in data if name not in touched}
+    return test_from_dict(data | kept)
 
 
 def _parse_value(text: str) -> Any:
