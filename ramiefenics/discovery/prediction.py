@@ -75,7 +75,7 @@ class Predictor:
         raw = simulated(self.runs, [self.task(test, model.factors) for test in tests])
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
-        by_factors, by_mesh = self._slopes(model, tests, curves)
+        by_factors, by_mesh = self._slopes(model, tests, curves, force)
         by_cells = force - self.read(tests, raw)
         by_effects, refused = signatures(self, model, raw, suspects)
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
@@ -102,11 +102,15 @@ class Predictor:
         return CurveTask(dataclasses.replace(test, protocol=protocol), factors)
 
     def _slopes(
-        self, model: Model, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]
+        self,
+        model: Model,
+        tests: Sequence[BendingTest],
+        curves: Sequence[pd.DataFrame],
+        force: Array,
     ) -> tuple[Array, Array]:
         """Return derivatives by the log factors, and by deviations of the mesh's correction."""
         by_factors = [
-            self.slopes_by(tests, curves, [curve[factor.name] for curve in curves])
+            self.slopes_by(tests, curves, force, [curve[factor.name] for curve in curves])
             for factor in model.factors
         ]
         by_mesh = []
@@ -115,18 +119,26 @@ class Predictor:
                 curve["force_N"] * np.interp(curve["displacement_mm"], at, share)
                 for curve, at, share in zip(curves, self._at, deviation, strict=True)
             ]
-            by_mesh.append(self.slopes_by(tests, curves, errors))
+            by_mesh.append(self.slopes_by(tests, curves, force, errors))
         return np.stack(by_factors, axis=1), np.stack(by_mesh, axis=1)
 
     def slopes_by(
         self,
         tests: Sequence[BendingTest],
         curves: Sequence[pd.DataFrame],
+        force: Array,
         changes: Sequence[pd.Series | Array],
     ) -> Array:
-        """Return what changes of the indenter's forces make of the recorded ones, (r, m)."""
-        each = zip(tests, curves, changes, self._at, strict=True)
-        return np.array([_slope(*one) for one in each])
+        """Return what small changes of the indenter's forces make of the recorded ones, (r, m).
+
+        The latter are given too, shape (r, m): many changes are of the same curves.
+        """
+        small = 1e-3
+        moved = [
+            curve.assign(force_N=curve["force_N"] + small * change)
+            for curve, change in zip(curves, changes, strict=True)
+        ]
+        return (self.read(tests, moved) - force) / small
 
     @cached_property
     def _mesh_changes(self) -> Array:
@@ -188,12 +200,3 @@ def smooth(curves: int, points: int) -> Array:
     x = (np.arange(points) + 0.5) / points
     modes = np.array([np.cos(k * np.pi * x) for k in range(SMOOTH_MODES)])
     return np.broadcast_to(modes, (curves, *modes.shape)).copy()
-
-
-def _slope(
-    test: BendingTest, curve: pd.DataFrame, change: pd.Series | Array, at_mm: Array
-) -> Array:
-    """Return what a small change of the indenter's forces makes of the recorded ones."""
-    small = 1e-3
-    moved = curve.assign(force_N=curve["force_N"] + small * change)
-    return (read(test, moved, at_mm) - read(test, curve, at_mm)) / small

@@ -107,7 +107,7 @@ def signatures(
                 slopes = stand.changes(curves, shares)
                 for slope, curve, change in zip(slopes, curves, along[name], strict=True):
                     slope += change.scale * curve["force_N"].to_numpy()
-                found[name] = predictor.slopes_by(tests, curves, slopes) / effect.typical
+                found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
             else:
                 shares = {i: change_of(raw[i], answers[name, i].result()) for i in stand.chosen}
                 after = [

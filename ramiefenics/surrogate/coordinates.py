@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -48,20 +47,20 @@ def numbers(test: BendingTest) -> dict[Path, float]:
 
 def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:
     """Return the test with other numbers."""
-    return test_from_dict(_replaced(to_dict(test), values))
+    return test_from_dict(_replaced(test, values))
 
 
 def rest_of(test: BendingTest) -> str:
     """Return all of a specification but these numbers, as text."""
-    blank = _replaced(to_dict(test), dict.fromkeys(numbers(test)))
+    blank = _replaced(test, dict.fromkeys(numbers(test)))
     return json.dumps(blank, sort_keys=True)
 
 
-def _replaced(data: Any, values: Mapping[Path, float | None]) -> Any:
-    """Return nested mappings and lists with other values at some places."""
-    data = copy.deepcopy(data)
+def _replaced(test: BendingTest, values: Mapping[Path, float | None]) -> dict[str, Any]:
+    """Return a specification as mappings and lists, with other values at some places."""
+    data: dict[str, Any] = to_dict(test)
     for path, value in values.items():
-        part = data
+        part: Any = data
         for key in path[:-1]:
             part = part[key]
         part[path[-1]] = value
