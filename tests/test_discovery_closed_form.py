@@ -86,6 +86,7 @@ def test_nothing_hidden_is_nothing_found(tmp_path: Path) -> None:
     assert found.extended is None
 
 
+@pytest.mark.slow
 def test_a_hidden_gap_is_the_cause(tmp_path: Path) -> None:
     make_dataset(tmp_path, Secret(GAP, 0.5), 22, Formula())
     found = discover_among(tmp_path, GAP, COMPLIANCE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ufl
+from conftest import Simulate
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
@@ -108,11 +109,12 @@ def test_default_law_is_elliptic_to_the_end_and_says_so(bent: BendingResult) -> 
     assert lowest == pytest.approx(bent.curve["min_acoustic_MPa"].iloc[-1])
 
 
-def test_published_laws_say_where_they_stop(coarse: BendingTest) -> None:
-    """A law linear in axial compression kinks; svk collapses besides."""
-    assert set(simulate(override(coarse, ["law=neo_hookean"]), MPI.COMM_SELF).losses_mm) == {
-        "ellipticity"
-    }
+def test_a_law_linear_in_axial_compression_kinks(coarse: BendingTest, simulated: Simulate) -> None:
+    assert set(simulated(override(coarse, ["law=neo_hookean"])).losses_mm) == {"ellipticity"}
+
+
+@pytest.mark.slow
+def test_svk_kinks_and_collapses_besides(coarse: BendingTest) -> None:
     often = ["law=svk", "protocol.save_every_mm=0.25"]  # ellipticity is sought at saved steps
     svk = simulate(override(coarse, often), MPI.COMM_SELF).losses_mm
     assert svk["ellipticity"] <= svk["stretch"] <= svk["volume"] < 3.0

@@ -93,6 +93,7 @@ def test_a_strip_cut_out_bends_outwards_until_it_is_free_of_stress() -> None:
     assert solid.energies()[0] < 1e-3 * density * 0.2 * 2.0 * 20.0
 
 
+@pytest.mark.slow
 def test_it_does_not_change_a_linear_stalk() -> None:
     grown = force(with_(tube(), growth_stress=STRAIN))
     assert grown == pytest.approx(force(tube()), rel=2e-3)  # strains of 0.002

@@ -247,9 +247,10 @@ def assembled(functional: Any) -> float:
     return 0.0 if functional is None else float(fem.assemble_scalar(compile_form(functional)))
 
 
-@pytest.mark.parametrize(("order", "serendipity"), [(1, False), (2, False), (2, True)])
-def test_on_cells_it_is_what_the_form_compiler_integrates(order: int, serendipity: bool) -> None:
-    check_cells(deformed(order, serendipity, "svk"))
+@pytest.mark.parametrize("serendipity", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_on_cells_it_is_what_the_form_compiler_integrates(serendipity: bool) -> None:
+    """Of second order; first order is below, of every law."""
+    check_cells(deformed(2, serendipity, "svk"))
 
 
 @pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])

@@ -26,7 +26,7 @@ def _adding_to(key: str) -> Callable[[BendingTest, float], BendingTest]:
 @pytest.fixture
 def short(coarse: BendingTest) -> BendingTest:
     """Solved tightly, so that differences of simulations are differences of solutions."""
-    return override(coarse, ["protocol.travel_mm=1.0", "numerics.stepping.relative_tolerance=1e-8"])
+    return override(coarse, ["protocol.travel_mm=0.5", "numerics.stepping.relative_tolerance=1e-8"])
 
 
 def test_constants_coordinates_and_fixture(short: BendingTest) -> None:
