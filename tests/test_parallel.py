@@ -43,6 +43,24 @@ def test_ranks_agree(coarse: BendingTest) -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["fixture.inner_span_mm=40"],
+        ["stalk.section_height_mm=13", "stalk.rotation_deg=30", "numerics.domain=full"],
+    ],
+    ids=["four_point", "turned"],
+)
+def test_ranks_agree_in_other_fixtures(coarse: BendingTest, changes: list[str]) -> None:
+    short = ["protocol.travel_mm=0.5", "numerics.stepping.relative_tolerance=1e-9"]
+    test = override(coarse, [*short, *changes])
+    alone, together = simulate(test, MPI.COMM_SELF), simulate(test, MPI.COMM_WORLD)
+    for column in ("force_N", "support_force_N"):
+        one, two = alone.curve[column].to_numpy(), together.curve[column].to_numpy()
+        assert np.abs(one - two).max() <= 1e-7 * np.abs(one).max(), column
+
+
+@pytest.mark.mpi
 def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
     alone, together = simulate(coarse, MPI.COMM_SELF), simulate(coarse, MPI.COMM_WORLD)
     if MPI.COMM_WORLD.rank:
@@ -68,7 +86,7 @@ def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> 
         coarse,
         [
             f"numerics.mesh.order={order}",
-            "protocol.travel_mm=1",
+            "protocol.travel_mm=0.5",
             "numerics.stepping.relative_tolerance=1e-9",
         ],
     )

@@ -1,4 +1,4 @@
-"""The force-displacement curve and the midspan section, drawn with Matplotlib."""
+"""The force-displacement curve and the section under the indenter, drawn with Matplotlib."""
 
 from __future__ import annotations
 
@@ -125,7 +125,8 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
             xlabel="X (mm)",
             ylabel="Y (mm)",
         )
-        where = "Midspan" if indenter.z_mm == 0.0 else f"Z = {indenter.z_mm:g} mm"
+        at_midspan = test.fixture.beam_mm is not None and indenter.z_mm == 0.0
+        where = "Midspan" if at_midspan else f"Z = {indenter.z_mm:g} mm"
         axes.set_title(f"{where} at {snapshot.travel_mm:.1f} mm of travel", fontsize=10)
         figure.colorbar(deformed, ax=axes, label="Axial stress (MPa)", shrink=0.8)
     return figure
