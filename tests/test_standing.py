@@ -87,3 +87,9 @@ def test_changes_are_those_of_forces_in_proportion() -> None:
     slopes = curves[0].assign(stiffness=curves[0]["force_N"] * 0.3)
     _, second = found.changes(curves, {0: slope_of(slopes, "stiffness")})
     assert second == pytest.approx(0.6 * force(denser, 5.0), rel=1e-9)
+
+
+def test_a_curve_without_force_is_refused() -> None:
+    nothing = pd.DataFrame({"displacement_mm": [0.0, 1.0, 2.0], "force_N": 0.0})
+    with pytest.raises(rf.SpecificationError, match="force_N = 0.0 must be above 0"):
+        change_of(nothing, nothing)

@@ -17,7 +17,7 @@ from scipy.interpolate import Akima1DInterpolator
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.runs.curve import normalised
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import Path, coordinates, numbers, rest_of
 
 NEAR = 0.3
@@ -134,20 +134,38 @@ class Standing:
 
 
 def change_of(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
-    """Return displacements, mm, and what has changed over the force there."""
-    x, force = before.loc[before["force_N"] > 0.0, ["displacement_mm", "force_N"]].to_numpy().T
-    changed = Akima1DInterpolator(after["displacement_mm"], after["force_N"])(
-        np.minimum(x, after["displacement_mm"].iloc[-1])
-    )
+    """Return displacements, mm, and what has changed over the force there.
+
+    Raises
+    ------
+    SpecificationError
+        Where there is no force at all.
+    """
+    x, force = _loaded(before, "displacement_mm", "force_N")
+    there = after["displacement_mm"]
+    changed = Akima1DInterpolator(there, after["force_N"])(np.minimum(x, there.iloc[-1]))
     return x, changed / force - 1.0
 
 
 def slope_of(curve: pd.DataFrame, name: str) -> tuple[Array, Array]:
-    """Return displacements, mm, and the derivative in a column over the force there."""
-    x, force, slope = (
-        curve.loc[curve["force_N"] > 0.0, ["displacement_mm", "force_N", name]].to_numpy().T
-    )
+    """Return displacements, mm, and the derivative in a column over the force there.
+
+    Raises
+    ------
+    SpecificationError
+        Where there is no force at all.
+    """
+    x, force, slope = _loaded(curve, "displacement_mm", "force_N", name)
     return x, slope / force
+
+
+def _loaded(curve: pd.DataFrame, *columns: str) -> Array:
+    loaded = curve.loc[curve["force_N"] > 0.0, list(columns)]
+    if loaded.empty:
+        raise SpecificationError(
+            "force_N", float(curve["force_N"].max()), "must be above 0 somewhere on a curve"
+        )
+    return loaded.to_numpy().T
 
 
 def _from_the_middle(places: Sequence[Place]) -> list[int]:

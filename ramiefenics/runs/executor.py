@@ -112,7 +112,7 @@ class Runs:
         self._on_done(len(found))
         if left:
             found |= self._compute(left)
-        return [_read(task, found[name]) for task, name in zip(tasks, names, strict=True)]
+        return _read(tasks, [found[name] for name in names])
 
     def _compute(self, tasks: dict[str, Task[T]]) -> dict[str, str | Exception]:
         found: dict[str, str | Exception] = {}
@@ -136,9 +136,21 @@ class Runs:
         return found
 
 
-def _read(task: Task[T], found: str | Exception) -> Done[T]:
-    """Return what came of a task: tasks that are simulated together may read it differently."""
-    return Done(task.read(found)) if isinstance(found, str) else Done(None, found)
+def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Done[T]]:
+    """Return what came of tasks: the same for equal ones.
+
+    Others may read the same text differently, as stalks in proportion do of which one is simulated.
+    """
+    done: list[Done[T]] = []
+    known: dict[int, list[tuple[Task[T], Done[T]]]] = {}
+    for task, text in zip(tasks, found, strict=True):
+        alike = known.setdefault(id(text), [])
+        one = next((done for other, done in alike if other == task), None)
+        if one is None:
+            one = Done(task.read(text)) if isinstance(text, str) else Done(None, text)
+            alike.append((task, one))
+        done.append(one)
+    return done
 
 
 def compute(task: Task[object], folder: Path | None = None) -> str:
