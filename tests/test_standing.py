@@ -91,5 +91,5 @@ def test_changes_are_those_of_forces_in_proportion() -> None:
 
 def test_a_curve_without_force_is_refused() -> None:
     nothing = pd.DataFrame({"displacement_mm": [0.0, 1.0, 2.0], "force_N": 0.0})
-    with pytest.raises(rf.SpecificationError, match="force_N = 0.0 must be above 0"):
+    with pytest.raises(rf.SpecificationError, match=r"force_N = 0\.0 must be above 0"):
         change_of(nothing, nothing)
