@@ -11,12 +11,14 @@ belong to one run at a time, follow without another fit (section 5.4.2 there).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.spatial.distance import cdist
 
 Array = NDArray[np.floating[Any]]
 
@@ -56,43 +58,56 @@ class Observed:
 
 @dataclass(frozen=True)
 class _Pairs:
-    """Observables in pairs: all in units of the lengths, shapes (n, 1, d), (1, N, d), (n, N, d)."""
+    """Pairs of what is asked for and what was observed, in units of the lengths.
 
+    Places and directions of both, shapes (n, d) and (N, d), and `Observed.plain` of both. All is
+    done by products of matrices: there are many pairs of many coordinates.
+    """
+
+    at_a: Array
     along_a: Array
-    along_b: Array
-    apart: Array
     plain_a: Array
+    at_b: Array
+    along_b: Array
     plain_b: Array
 
-    @property
+    @cached_property
     def of_a(self) -> Array:
-        return np.asarray((self.along_a * self.apart).sum(axis=2))
+        """Of the difference of places, a's minus b's, the part along a's direction, (n, N)."""
+        own = (self.along_a * self.at_a).sum(axis=1)[:, None]
+        return np.asarray(own - self.along_a @ self.at_b.T)
 
-    @property
+    @cached_property
     def of_b(self) -> Array:
-        return np.asarray((self.along_b * self.apart).sum(axis=2))
+        """The part along b's direction, shape (n, N)."""
+        own = (self.along_b * self.at_b).sum(axis=1)
+        return np.asarray(self.at_a @ self.along_b.T - own)
 
-    @property
+    @cached_property
     def decay(self) -> Array:
-        return np.exp(-0.5 * (self.apart**2).sum(axis=2))
+        """Covariance of values, shape (n, N)."""
+        return np.asarray(np.exp(-0.5 * cdist(self.at_a, self.at_b, "sqeuclidean")))
 
-    @property
+    @cached_property
     def factor(self) -> Array:
-        """What derivatives make of the covariance, over that of values."""
-        of_a, of_b = self.of_a, self.of_b
-        plain = self.plain_a * self.plain_b + self.plain_a * of_b - self.plain_b * of_a
-        return np.asarray(plain + (self.along_a * self.along_b).sum(axis=2) - of_a * of_b)
+        """What derivatives make of the covariance, over that of values, shape (n, N)."""
+        a, b = self.plain_a[:, None], self.plain_b
+        plain = a * b + a * self.of_b - b * self.of_a
+        return np.asarray(plain + self.along_a @ self.along_b.T - self.of_a * self.of_b)
 
     def gradient(self, by_covariance: Array) -> Array:
-        """Return derivatives by the logarithms of the lengths, given those by the covariance."""
-        of_a, of_b, factor = self.of_a, self.of_b, self.factor
-        weight, found = by_covariance * self.decay, []
-        for j in range(self.apart.shape[2]):
-            a, b, r = self.along_a[..., j], self.along_b[..., j], self.apart[..., j]
-            slopes = a * of_b + b * of_a + self.plain_b * a - self.plain_a * b
-            change = 2.0 * (r * slopes - a * b) + r**2 * factor
-            found.append((weight * change).sum())
-        return np.array(found)
+        """Return derivatives by the logarithms of the lengths, given those by the covariance.
+
+        Of pairs of the same observables, shape (N, N), symmetric.
+        """
+        x, v = self.at_a, self.along_a
+        weight = by_covariance * self.decay
+        sloped, whole = weight * (self.of_b + self.plain_b), weight * self.factor
+        by_slopes = (x * v).T @ sloped.sum(axis=1) - (v * (sloped @ x)).sum(axis=0)
+        by_distance = (x**2).T @ whole.sum(axis=1) - (x * (whole @ x)).sum(axis=0)
+        return np.asarray(
+            4.0 * by_slopes - 2.0 * (v * (weight @ v)).sum(axis=0) + 2.0 * by_distance
+        )
 
 
 class Process:
@@ -161,10 +176,10 @@ class Process:
 
     def _pairs(self, at: Array, along: Array) -> _Pairs:
         observed = self._observed
-        apart = (at[:, None] - observed.at) / self.lengths
-        plain = np.asarray(~along.any(axis=1), dtype=float)[:, None]
-        scaled_a, scaled_b = along / self.lengths, observed.along / self.lengths
-        return _Pairs(scaled_a[:, None], scaled_b[None], apart, plain, observed.plain[None])
+        plain = np.asarray(~along.any(axis=1), dtype=float)
+        scaled = (x / self.lengths for x in (at, along, observed.at, observed.along))
+        at_a, along_a, at_b, along_b = scaled
+        return _Pairs(at_a, along_a, plain, at_b, along_b, observed.plain)
 
     def _covariance(self, at: Array, along: Array) -> Array:
         """Return covariances with what was observed, shape (n, N)."""
