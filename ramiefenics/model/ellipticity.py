@@ -9,8 +9,11 @@ acoustic tensor over directions N. Where it is lost, the solution depends on the
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
 
 import basix
 import numpy as np
@@ -18,14 +21,17 @@ import ufl
 from numpy.typing import NDArray
 
 from ramiefenics.model.jit import compile_expression
+from ramiefenics.model.kernels.library import compiled
 from ramiefenics.model.solid import QUADRATURE_DEGREE, Solid
 
 LEVELS = ((1.0, 24, 0), (0.2, 96, 1), (0.06, 400, 30))
 """The search for the minimum: share of the points, lowest by the level before, that take part;
 directions N on the hemisphere at which it starts; improvements of the best of them."""
 
-BLOCK = 4096
-"""Points searched at once, to save memory."""
+FUNCTIONS = """
+void stretches(int64_t, const double *, double *, double *);
+void search(int64_t, const int64_t *, const double *, int, const double *, int, double *);
+"""
 
 
 @dataclass(frozen=True)
@@ -79,15 +85,16 @@ class MaterialPoints:
         search
             Whether to seek acoustic eigenvalues, where that is wanted at all.
         """
-        F = self._gradients()
-        volume_ratio = np.linalg.det(F)
-        squared = _smallest_eigenvalue((F.transpose(0, 2, 1) @ F)[..., None])[:, 0]
-        stretch = np.sqrt(np.maximum(squared, 0.0)) * np.sign(volume_ratio)
-        acoustic: NDArray[np.float64] = np.full(len(F), np.nan)
+        volume_ratio, stretch, acoustic = np.full((3, *self._shape), np.nan)
+        module = _module()
+        numbers = (
+            module.ffi.from_buffer("double *", array)
+            for array in (self._gradients(), volume_ratio, stretch)
+        )
+        module.lib.stretches(volume_ratio.size, *numbers)
         if search and self._acoustic:
-            acoustic = smallest_acoustic_eigenvalue(self._tangents())
-        fields = (volume_ratio, stretch, acoustic)
-        return PointState(*(field.reshape(self._shape) for field in fields))
+            acoustic[:] = smallest_acoustic_eigenvalue(self._tangents()).reshape(self._shape)
+        return PointState(volume_ratio, stretch, acoustic)
 
     def _gradients(self) -> NDArray[np.float64]:
         if self._kernel is not None:
@@ -119,35 +126,23 @@ def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.flo
     numpy.ndarray
         MPa, shape (n,).
     """
-    # A_(iJ)(kL) to (ik)(JL): acoustic tensors for all directions are one matrix product
-    form = tangent.transpose(0, 1, 3, 2, 4).reshape(-1, 9, 9)
-    value = np.full(len(form), np.inf)
+    module, value = _module(), np.full(len(tangent), np.inf)
+    given, values = (
+        module.ffi.from_buffer("double *", array)
+        for array in (np.ascontiguousarray(tangent), value)
+    )
     for share, directions, sweeps in LEVELS:
         lowest = np.argsort(value)[: math.ceil(share * len(value))]
-        for block in np.array_split(lowest, math.ceil(len(lowest) / BLOCK)):
-            found = _search(form[block], directions, sweeps)
-            value[block] = np.minimum(value[block], found)
+        points = module.ffi.from_buffer("int64_t *", lowest)
+        starts = module.ffi.from_buffer("double *", hemisphere(directions))
+        module.lib.search(len(lowest), points, given, directions, starts, sweeps, values)
     return value
 
 
-def _search(form: NDArray[np.float64], directions: int, sweeps: int) -> NDArray[np.float64]:
-    """Search from a number of directions N, shape (n, 9, 9) to (n,)."""
-    starts = hemisphere(directions)
-    if sweeps == 0:  # ranks the points only
-        form, starts = form.astype(np.float32), starts.astype(np.float32)
-    dyads = np.einsum("dj,dl->jld", starts, starts).reshape(9, -1)
-    values = _smallest_eigenvalue((form @ dyads).reshape(-1, 3, 3, directions))
-    best = values.argmin(axis=1)
-    value, n = values[np.arange(len(form)), best], starts[best]
-    turned = form.transpose(0, 2, 1)
-    moving = np.arange(len(form))
-    for _ in range(sweeps):
-        m = _lowest_eigenvector(form[moving], n[moving])[1]
-        lower, n[moving] = _lowest_eigenvector(turned[moving], m)
-        gain = value[moving] - lower
-        value[moving] = lower
-        moving = moving[gain > 1e-9 * np.abs(lower)]
-    return value
+@functools.cache
+def _module() -> ModuleType:
+    source = Path(__file__).with_name("ellipticity.c").read_text(encoding="utf-8")
+    return compiled(source, FUNCTIONS)
 
 
 def hemisphere(count: int) -> NDArray[np.float64]:
@@ -156,25 +151,3 @@ def hemisphere(count: int) -> NDArray[np.float64]:
     polar, azimuth = np.arccos(1.0 - i / count), np.pi * (1.0 + 5.0**0.5) * i
     x, y = np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar)
     return np.stack([x, y, np.cos(polar)], axis=1)
-
-
-def _lowest_eigenvector(
-    form: NDArray[np.float64], vector: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    dyad = np.einsum("ni,nj->nij", vector, vector).reshape(-1, 9, 1)
-    values, vectors = np.linalg.eigh((form @ dyad).reshape(-1, 3, 3))
-    return values[:, 0], vectors[:, :, 0]
-
-
-def _smallest_eigenvalue(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smallest eigenvalue of symmetric tensors, shape (n, 3, 3, d) to (n, d), in closed form.
-
-    Smith (1961), Communications of the ACM 4, p. 168.
-    """
-    mean = (q[:, 0, 0] + q[:, 1, 1] + q[:, 2, 2]) / 3.0
-    a, b, c = q[:, 0, 0] - mean, q[:, 1, 1] - mean, q[:, 2, 2] - mean
-    d, e, f = q[:, 0, 1], q[:, 0, 2], q[:, 1, 2]
-    size = np.sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
-    half = (a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e)) / 2.0
-    cosine = np.clip(half / np.maximum(size, 1e-12) ** 3, -1.0, 1.0)
-    return mean + 2.0 * size * np.cos(np.arccos(cosine) / 3.0 + 2.0 * np.pi / 3.0)

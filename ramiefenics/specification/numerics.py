@@ -150,7 +150,7 @@ class Numerics:
         Explicit dynamics, which only `simulate_explicitly` and ``ramiefenics explicit`` use.
     acoustic_check
         Search for the smallest acoustic eigenvalue at every saved step, and with it for the loss of
-        ellipticity. Costs up to a third of a run; for sweeps around a specification that is known
+        ellipticity. Costs up to a tenth of a run; for sweeps around a specification that is known
         to be sound it can be left out.
     """
 
