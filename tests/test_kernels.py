@@ -15,13 +15,15 @@ import pytest
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
+from mpi4py import MPI
 from numpy.typing import NDArray
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.utils.stacks import StackDict
 
-from ramiefenics import Material
-from ramiefenics.model.equations import Equations, FormTerm
+from ramiefenics import BendingTest, Material, override
+from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.equations import Equations, FormTerm, Term
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.kernels.lowering import Lowering
 from ramiefenics.model.kernels.points import PointKernel
@@ -31,8 +33,11 @@ from ramiefenics.model.laws import LAWS, Law, law_named
 from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE
 from ramiefenics.model.local_law import FIBRE_X, FIBRE_Y, STIFFNESS, STRETCH, WIDTH
 from ramiefenics.model.material_memory import point_element
+from ramiefenics.model.observables import Observer
 from ramiefenics.model.solid import Solid
 from ramiefenics.published.stalks import XYLEM
+from ramiefenics.solve.quasistatic import QuasiStatic
+from ramiefenics.solve.rest import settle
 from ramiefenics.specification import Elastic
 from ramiefenics.verification.block import all_around, block, layers, second_order
 
@@ -221,14 +226,7 @@ def random_fields(
     return fields
 
 
-def check_cells(solid: Solid) -> None:
-    """Forces, stiffness with held components, energies and memory against the form compiler's."""
-    u = solid.displacement
-    bcs = [solid.symmetry(all_around(solid.mesh)[:4], axis=1)]
-    by_kernel, by_form = (
-        KernelTerm(solid.kernel),
-        FormTerm(solid.virtual_work(ufl.TestFunction(solid.space)), u),
-    )
+def compare(by_kernel: Term, by_form: Term, u: fem.Function, bcs: list[fem.DirichletBC]) -> None:
     results = []
     for term in (by_kernel, by_form):
         forces = np.zeros(len(u.x.array))
@@ -238,6 +236,17 @@ def check_cells(solid: Solid) -> None:
         results.append((forces, equations.matrix.petsc.convert("dense").getDenseArray().copy()))
     for one, other in zip(*results, strict=True):
         assert np.abs(one - other).max() < ROUNDING * np.abs(other).max()
+
+
+def check_cells(solid: Solid) -> None:
+    """Forces, stiffness with held components, energies and memory against the form compiler's."""
+    u = solid.displacement
+    bcs = [solid.symmetry(all_around(solid.mesh)[:4], axis=1)]
+    by_kernel, by_form = (
+        KernelTerm(solid.kernel),
+        FormTerm(solid.virtual_work(ufl.TestFunction(solid.space)), u),
+    )
+    compare(by_kernel, by_form, u, bcs)
     stored, lost = solid.kernel.energies()
     assert stored == pytest.approx(assembled(solid.energy()), rel=ROUNDING)
     assert lost == pytest.approx(assembled(solid.dissipation()), rel=ROUNDING, abs=1e-15)
@@ -293,3 +302,36 @@ def test_inverted_cells_are_told_by_nan() -> None:
     forces = np.zeros(len(solid.displacement.x.array))
     solid.term().add_forces(forces)
     assert np.isnan(forces).all()
+
+
+def check_contact(test: BendingTest) -> None:
+    """Contact's forces and stiffness after some steps, off equilibrium, against the form."""
+    problem = BendingProblem(test, MPI.COMM_SELF)
+    settle(problem)
+    observer = Observer(problem)
+    stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
+    assert [step.travel_mm for step in stepper.steps()][-1] == pytest.approx(0.5)
+    u = problem.displacement
+    u.x.array[:] += 1e-3 * np.random.default_rng(4).standard_normal(len(u.x.array))
+    problem.place(0.1, 0.05)
+    by_kernel = problem.contact.term()
+    assert isinstance(by_kernel, KernelTerm)
+    by_form = FormTerm(problem.contact.residual(ufl.TestFunction(problem.solid.space)), u)
+    compare(by_kernel, by_form, u, problem.bcs)
+
+
+def test_contact_is_what_the_form_compiler_integrates(coarse: BendingTest) -> None:
+    check_contact(override(coarse, ["law=svk", "protocol.travel_mm=0.5"]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["numerics.mesh=ladder_q2_1"],
+        ["law=inelastic_viscoelasticity"],
+        ["numerics.domain=full", "stalk.tissue.fibre_angle_deg=5"],
+    ],
+)
+def test_contact_of_every_kind_is(coarse: BendingTest, settings: list[str]) -> None:
+    check_contact(override(coarse, [*settings, "protocol.travel_mm=0.5"]))

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from ramiefenics.model.bond import PENETRATION, BondFilm
 from ramiefenics.model.contact import Contact, ContactSums, Obstacle, depth
-from ramiefenics.model.equations import Equations, FormTerm, Term
+from ramiefenics.model.equations import Equations, Term
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.shape import straightened
@@ -92,7 +92,7 @@ class BendingProblem:
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
         self.terms: tuple[Term, ...] = (
             self.solid.term(),
-            FormTerm(self.contact.residual(v), u),
+            self.contact.term(),
             *([] if self.film is None else [self.film.term()]),
         )
         self.equations = Equations(u, self.terms, self.bcs)

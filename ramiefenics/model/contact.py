@@ -16,6 +16,7 @@ Friction adds ``-mu p b``, Coulomb's law with a memory at every quadrature point
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -26,12 +27,19 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from ramiefenics.model.equations import FormTerm, Term
 from ramiefenics.model.facet_memory import FacetMemory
 from ramiefenics.model.friction import FrictionLaw, Grip
 from ramiefenics.model.jit import compile_expression, compile_form
+from ramiefenics.model.kernels.facet import FacetKernel
+from ramiefenics.model.kernels.lowering import UnknownOperation
+from ramiefenics.model.kernels.term import KernelTerm
 from ramiefenics.model.laws.base import Expr
+from ramiefenics.model.pieces import within_cells
 from ramiefenics.model.solid import Solid
 from ramiefenics.specification import ContactMethod, Cylinder, Friction
+
+log = logging.getLogger(__name__)
 
 SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
 """By element order; finer than the volume's, because the edge of contact cuts facets."""
@@ -203,7 +211,7 @@ class Contact:
             axis[cells] = (obstacle.y_mm, obstacle.cylinder.z_mm)
             self._radius.x.array[cells] = obstacle.radius_mm
             self._curved.x.array[cells] = 0.0 if obstacle.cylinder.flat else 1.0
-        facets = np.unique(np.concatenate([o.facets for o in self.obstacles]))
+        self._facets = facets = np.unique(np.concatenate([o.facets for o in self.obstacles]))
         tags = dmesh.meshtags(mesh, dim - 1, facets, np.ones(len(facets), dtype=np.int32))
         degree = SURFACE_QUADRATURE_DEGREE[self.solid.order]
         self.ds = ufl.Measure(
@@ -257,6 +265,25 @@ class Contact:
         touching = ufl.conditional(ufl.gt(self.pressure, 0), 1.0, 0.0)
         slipping = ufl.conditional(ufl.gt(ufl.dot(b, b), SLIPS**2), touching, 0.0)
         return touching, slipping
+
+    def term(self) -> Term:
+        """Return contact's part of the equations."""
+        u = self.solid.displacement
+        if not self._method.theta:  # else there are derivatives of the test function too
+            try:
+                return KernelTerm(
+                    FacetKernel(
+                        self.traction,
+                        self.gap - self._reach,
+                        u,
+                        self.solid.duration,
+                        within_cells(self.solid.mesh, self._facets),
+                        SURFACE_QUADRATURE_DEGREE[self.solid.order],
+                    )
+                )
+            except UnknownOperation as error:
+                log.info("contact by the form compiler, which is slower: %s", error)
+        return FormTerm(self.residual(ufl.TestFunction(self.solid.space)), u)
 
     def residual(self, v: Expr) -> Expr:
         """Contact's part of the residual, a UFL form linear in the test function."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import basix
 import numpy as np
 from dolfinx import fem
+from dolfinx import mesh as dmesh
 from numpy.typing import NDArray
 
 AROUND = ((0, 0), (1, 0), (1, 1), (0, 1))
@@ -39,7 +40,7 @@ def cut_facets(space: fem.FunctionSpace) -> NDArray[np.int64]:
     order, node = _lattice(space)
     inwards = basix.cell.facet_orientations(basix.CellType.hexahedron)
     cut = []
-    for (origin, first, second), clockwise in zip(_frames().astype(int), inwards, strict=True):
+    for (origin, first, second), clockwise in zip(facet_frames().astype(int), inwards, strict=True):
         around = AROUND[::-1] if clockwise else AROUND
         at = [
             [order * origin + (a + i) * first + (b + j) * second for i, j in around]
@@ -64,11 +65,27 @@ def on_facets(points: NDArray[np.float64], facets: NDArray[np.int32]) -> NDArray
     numpy.ndarray
         Shape (2, m, n).
     """
-    frames = _frames()[facets]
+    frames = facet_frames()[facets]
     return np.einsum("mqi,mai->amq", points - frames[:, None, 0], frames[:, 1:])
 
 
-def _frames() -> NDArray[np.float64]:
+def within_cells(mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return cell, and number of the facet in it, for boundary facets of this rank's own cells."""
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    mesh.topology.create_connectivity(dim, dim - 1)
+    cell_of = mesh.topology.connectivity(dim - 1, dim)
+    facets_of = mesh.topology.connectivity(dim, dim - 1)
+    cells = np.array([cell_of.links(facet)[0] for facet in facets], dtype=np.int32)
+    places = [
+        int(np.flatnonzero(facets_of.links(cell) == facet)[0])
+        for cell, facet in zip(cells, facets, strict=True)
+    ]
+    pairs = np.column_stack([cells, np.array(places, dtype=np.int32)])
+    return pairs[cells < mesh.topology.index_map(dim).size_local]
+
+
+def facet_frames() -> NDArray[np.float64]:
     """Return origin and two edges of the facets of the reference hexahedron, shape (6, 3, 3)."""
     hexahedron = basix.CellType.hexahedron
     corners = basix.geometry(hexahedron)[np.array(basix.topology(hexahedron)[2])[:, :3]]

@@ -13,7 +13,7 @@ from ramiefenics.model.compat import evaluate_on_facets
 from ramiefenics.model.contact import SURFACE_QUADRATURE_DEGREE, Contact
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.laws.base import Expr
-from ramiefenics.model.pieces import cut_facets, on_facets
+from ramiefenics.model.pieces import cut_facets, on_facets, within_cells
 
 NO_CONTACT, STICK, SLIP = 0, 1, 2
 
@@ -42,7 +42,7 @@ class ContactSurface:
         self._mesh = contact.solid.mesh
         order = contact.solid.order
         facets = np.unique(np.concatenate([o.facets for o in contact.obstacles]))
-        self._facets = _within_cells(self._mesh, facets)
+        self._facets = within_cells(self._mesh, facets)
         cells, places = self._facets.T
         at = cut_facets(space).reshape(-1, 4 * order**2)[places]
         nodes = np.take_along_axis(space.dofmap.list[cells], at, axis=1)
@@ -134,22 +134,6 @@ def _at_points(contact: Contact) -> Expr:
             *contact.slip,
         )
     )
-
-
-def _within_cells(mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return cell, and number of the facet in it, for boundary facets of this rank's own cells."""
-    dim = mesh.topology.dim
-    mesh.topology.create_connectivity(dim - 1, dim)
-    mesh.topology.create_connectivity(dim, dim - 1)
-    cell_of = mesh.topology.connectivity(dim - 1, dim)
-    facets_of = mesh.topology.connectivity(dim, dim - 1)
-    cells = np.array([cell_of.links(facet)[0] for facet in facets], dtype=np.int32)
-    places = [
-        int(np.flatnonzero(facets_of.links(cell) == facet)[0])
-        for cell, facet in zip(cells, facets, strict=True)
-    ]
-    pairs = np.column_stack([cells, np.array(places, dtype=np.int32)])
-    return pairs[cells < mesh.topology.index_map(dim).size_local]
 
 
 def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ramiefenics.model.equations import Equations, FormTerm
+from ramiefenics.model.equations import Equations, FormTerm, Term
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws.base import Expr
 from ramiefenics.model.solid import Solid
@@ -80,7 +80,7 @@ def prescribe(solid: Solid, at: NDArray[np.int32], value: Field) -> fem.Dirichle
 
 
 class BoundaryValueProblem:
-    """A solid with Dirichlet conditions and any other terms of the weak form.
+    """A solid with Dirichlet conditions and any other terms.
 
     Parameters
     ----------
@@ -89,7 +89,9 @@ class BoundaryValueProblem:
     bcs
         What is prescribed.
     more
-        From the test function to more terms of the residual.
+        From the test function to more terms of the weak form.
+    terms
+        More parts of the equations.
     """
 
     def __init__(
@@ -97,14 +99,13 @@ class BoundaryValueProblem:
         solid: Solid,
         bcs: list[fem.DirichletBC],
         more: Callable[[Expr], Expr] | None = None,
+        terms: Sequence[Term] = (),
     ) -> None:
         self.solid, self.bcs = solid, bcs
         u = solid.displacement
         self._internal = solid.term()
-        terms = [self._internal]
-        if more is not None:
-            terms.append(FormTerm(more(ufl.TestFunction(solid.space)), u))
-        self._newton = Newton(Equations(u, terms, bcs), 30)
+        stated = [] if more is None else [FormTerm(more(ufl.TestFunction(solid.space)), u)]
+        self._newton = Newton(Equations(u, [self._internal, *stated, *terms], bcs), 30)
 
     def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> None:
         """Solve from the current displacement, which takes on what is prescribed.

@@ -126,8 +126,10 @@ def press(size: float, order: int, by: Cylinders = FLAT, penalty: float | None =
         strength = fem.Constant(mesh, penalty)
         return -strength * overlap * ufl.dot(across / distance, v) * contact.ds
 
-    more = contact.residual if penalty is None else by_penalty
-    problem = BoundaryValueProblem(solid, bcs, more)
+    if penalty is None:
+        problem = BoundaryValueProblem(solid, bcs, terms=[contact.term()])
+    else:
+        problem = BoundaryValueProblem(solid, bcs, by_penalty)
     problem.solve(1e-9)
     held = bcs[1].dof_indices()[0]
     force = 2 / SLICE * abs(problem.reactions().reshape(-1)[held].sum())

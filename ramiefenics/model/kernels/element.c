@@ -1,4 +1,5 @@
-/* Forces, stiffness and energy of hexahedra, cell by cell; the material's own functions come before.
+/* Forces, stiffness and energy of hexahedra, cell by cell; the material's own functions come before,
+   and `scatter.c` behind.
 
    Arrays by quadrature point have PADDED_POINTS numbers, those behind the last point of weight zero;
    arrays by node PADDED_NODES, those behind the last node zero. Both are whole multiples of WIDTH,
@@ -8,7 +9,6 @@ typedef double vec __attribute__((vector_size(8 * WIDTH), aligned(8), may_alias)
 #define POINT_VECTORS (PADDED_POINTS / WIDTH)
 #define NODE_VECTORS (PADDED_NODES / WIDTH)
 #define ROWS 4 /* of a block of stiffness that is held in registers */
-#define ENTRIES (9 * PADDED_NODES * PADDED_NODES)
 
 /* Deformation gradient: 9 x PADDED_POINTS. */
 static void gradient(const struct cells *all, int64_t cell, const double *u, double *F)
@@ -118,9 +118,9 @@ static void add_products(const struct cells *all, const double *D, double *stiff
   }
 }
 
-/* Stiffness of a cell by component, component, node and node; held components have none. */
-static void cell_stiffness(const struct cells *all, int64_t cell, const double *u, double duration,
-                           const uint8_t *held, double *stiffness)
+/* Finds the stiffness of a cell by component, component, node and node; returns 1, as there is one. */
+static int cell_stiffness(const struct cells *all, int64_t cell, const double *u, double duration,
+                          double *stiffness)
 {
   STATE
   double A[81 * PADDED_POINTS], half[9 * PADDED_POINTS], D[9 * PADDED_POINTS];
@@ -155,70 +155,7 @@ static void cell_stiffness(const struct cells *all, int64_t cell, const double *
             other[b * PADDED_NODES + a] = block[a * PADDED_NODES + b];
       }
     }
-  const int32_t *nodes = all->nodes + cell * NODES;
-  for (int a = 0; a < NODES; ++a)
-    for (int i = 0; i < 3; ++i)
-      if (held[3 * (int64_t)nodes[a] + i])
-        for (int j = 0; j < 3; ++j)
-          for (int b = 0; b < NODES; ++b) {
-            stiffness[((3 * i + j) * PADDED_NODES + a) * PADDED_NODES + b] = 0;
-            stiffness[((3 * j + i) * PADDED_NODES + b) * PADDED_NODES + a] = 0;
-          }
-}
-
-/* Finds where in the rows of a matrix of nodes, whose columns are sorted, the nodes of each cell are. */
-void find_offsets(const struct cells *all, const int32_t *starts, const int32_t *columns,
-                  int32_t *offsets)
-{
-  for (int64_t cell = 0; cell < all->count; ++cell)
-    for (int a = 0; a < NODES; ++a)
-      for (int b = 0; b < NODES; ++b) {
-        const int32_t *nodes = all->nodes + cell * NODES;
-        int32_t low = starts[nodes[a]], high = starts[nodes[a] + 1];
-        while (high - low > 1) {
-          const int32_t middle = low + (high - low) / 2;
-          if (columns[middle] <= nodes[b])
-            low = middle;
-          else
-            high = middle;
-        }
-        *offsets++ = low - starts[nodes[a]];
-      }
-}
-
-/* Adds the stiffness of all cells to the values of a matrix with compressed rows, `starts` being
-   those of the rows, and `offsets` where in the rows the nodes are. */
-void add_stiffness(const struct cells *all, const double *u, double duration, const uint8_t *held,
-                   const int32_t *starts, const int32_t *offsets, double *values)
-{
-  double stiffness[ENTRIES];
-  for (int64_t cell = 0; cell < all->count; ++cell) {
-    cell_stiffness(all, cell, u, duration, held, stiffness);
-    const int32_t *nodes = all->nodes + cell * NODES;
-    for (int a = 0; a < NODES; ++a)
-      for (int i = 0; i < 3; ++i) {
-        double *row = values + starts[3 * (int64_t)nodes[a] + i];
-        const int32_t *columns = offsets + (cell * NODES + a) * NODES;
-        for (int b = 0; b < NODES; ++b)
-          for (int j = 0; j < 3; ++j)
-            row[3 * columns[b] + j] += stiffness[((3 * i + j) * PADDED_NODES + a) * PADDED_NODES + b];
-      }
-  }
-}
-
-/* Returns the stiffness of some cells, by cell, node, component, node and component. */
-void list_stiffness(const struct cells *all, const double *u, double duration, const uint8_t *held,
-                    int64_t first, int64_t behind, double *matrices)
-{
-  double stiffness[ENTRIES];
-  for (int64_t cell = first; cell < behind; ++cell) {
-    cell_stiffness(all, cell, u, duration, held, stiffness);
-    for (int a = 0; a < NODES; ++a)
-      for (int i = 0; i < 3; ++i)
-        for (int b = 0; b < NODES; ++b)
-          for (int j = 0; j < 3; ++j)
-            *matrices++ = stiffness[((3 * i + j) * PADDED_NODES + a) * PADDED_NODES + b];
-  }
+  return 1;
 }
 
 /* Sums up energies: stored, and dissipated so far. */

@@ -14,6 +14,11 @@ from ramiefenics.model.kernels.scalars import Graph, Node
 from ramiefenics.model.kernels.source import function
 from ramiefenics.model.laws.base import Expr, Law
 
+ARGUMENTS = (
+    "const double *restrict F, const double *restrict p, const double *restrict last,\n"
+    "  double duration"
+)
+
 
 @functools.cache
 def material_source(law: Law, parameters: tuple[str, ...], local: tuple[str, ...] = ()) -> str:
@@ -79,7 +84,7 @@ def material_source(law: Law, parameters: tuple[str, ...], local: tuple[str, ...
         of_cell["dissipated"] = "0.0"
 
     def c(name: str, results: list[Node]) -> str:
-        return function(f"law_{name}", graph, graph.unlabelled(results), places, of_cell)
+        return function(f"law_{name}", ARGUMENTS, graph, graph.unlabelled(results), places, of_cell)
 
     parts = {"stress": stress, "tangent": tangent, "energies": energies, "update": update}
     return "\n".join(c(name, results) for name, results in parts.items())

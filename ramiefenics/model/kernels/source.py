@@ -14,6 +14,7 @@ OPERATORS = {"add": "+", "multiply": "*"} | {
 
 def function(
     name: str,
+    arguments: str,
     graph: Graph,
     results: Sequence[Node],
     at_points: Mapping[str, str],
@@ -25,8 +26,8 @@ def function(
 
     Parameters
     ----------
-    name
-        Of the function; its last argument, ``out``, takes the results, each at all points.
+    name, arguments
+        Of the function; one more argument, ``out``, takes the results, each at all points.
     graph
         Where the formulas are.
     results
@@ -58,8 +59,7 @@ def function(
         inside.append(f"out[{place} * PADDED_POINTS + q] = {text[node]};")
     return "\n".join(
         (
-            f"static void {name}(const double *restrict F, const double *restrict p,",
-            "  const double *restrict last, double duration, double *restrict out)",
+            f"static void {name}({arguments}, double *restrict out)",
             "{",
             *(f"  {line}" for line in before),
             "  for (int q = 0; q < PADDED_POINTS; ++q) {",

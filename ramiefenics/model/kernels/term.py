@@ -1,4 +1,4 @@
-"""A solid's part of the equations by a kernel."""
+"""A part of the equations by a kernel."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ramiefenics.model.kernels.element import ElementKernel
+from ramiefenics.model.kernels.assembled import AssembledKernel
 from ramiefenics.model.matrix import Matrix
 
 CHUNK = 256
@@ -17,7 +17,7 @@ CHUNK = 256
 
 
 class KernelTerm:
-    """Forces and stiffness of all cells.
+    """Forces and stiffness of all cells of a kernel.
 
     On one rank the kernel adds to the matrix's entries, at places that are found once; on more,
     PETSc finds the place of each entry.
@@ -25,10 +25,10 @@ class KernelTerm:
     Parameters
     ----------
     kernel
-        Of the solid.
+        What is added.
     """
 
-    def __init__(self, kernel: ElementKernel) -> None:
+    def __init__(self, kernel: AssembledKernel) -> None:
         self._kernel = kernel
         self._offsets: NDArray[np.int32] | None = None  # in the first matrix that asks
 
