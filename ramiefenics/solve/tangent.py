@@ -80,7 +80,7 @@ class Tangent:
             linear_solver = "direct" if self._matrix.size[0] <= DIRECT_UNKNOWNS else "iterative"
         self._max_iterations = MAX_ITERATIONS[linear_solver]
         self._iterative = linear_solver == "iterative"
-        self._solver = _krylov(self._matrix.comm, self._max_iterations)
+        self._solver = _krylov(self._matrix.comm, self._iterative, self._max_iterations)
         if self._iterative:
             self._matrix.setNearNullSpace(_rigid_motions(u))
             self._solver.setOperators(self._matrix)
@@ -176,11 +176,14 @@ class _Product:
         tangent.multiply(direction, product)
 
 
-def _krylov(comm: MPI.Comm, restart: int) -> PETSc.KSP:
-    """Return GMRES, preconditioned from the right: its residual is that of the equations."""
+def _krylov(comm: MPI.Comm, spare_memory: bool, restart: int) -> PETSc.KSP:
+    """Return GMRES, preconditioned from the right: its residual is that of the equations.
+
+    The flexible kind keeps what the preconditioner has made of every vector, for one solve less.
+    """
     solver = PETSc.KSP().create(comm)
     solver.setOptionsPrefix(PREFIX)
-    solver.setType("gmres")
+    solver.setType("gmres" if spare_memory else "fgmres")
     solver.setGMRESRestart(restart)
     solver.setPCSide(PETSc.PC.Side.RIGHT)
     return solver
