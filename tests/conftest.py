@@ -20,9 +20,6 @@ from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.solve.result import Statistics
 from ramiefenics.specification.files import dump_test
 
-# Python compiles with debugging information, which takes half of the time; what comes last counts.
-os.environ["CFLAGS"] = f"{os.environ.get('CFLAGS', '')} -g0"
-
 Simulate = Callable[[BendingTest], BendingResult]
 
 

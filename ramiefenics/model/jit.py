@@ -48,9 +48,11 @@ CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rami
 """Compiled forms; of this program only, see `_compiling`."""
 
 JIT_OPTIONS = {
+    # Python's own flags ask for debugging information, which takes gcc as long as the rest;
     # fast-math vectorises the kernels; NaN must stay NaN, as it tells Newton's method that an
     # element has turned inside out.
     "cffi_extra_compile_args": [
+        "-g0",
         "-O3",
         "-march=native",
         "-ffast-math",
