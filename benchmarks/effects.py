@@ -140,7 +140,7 @@ def _second() -> str:
             if names.index(name) < names.index(other):
                 one = {"effects": f"`{name}`, `{other}`", "one test": found["alike"][other]}
                 rows.append(one | angles)
-    return markdown(pd.DataFrame(rows).astype(object))
+    return markdown(pd.DataFrame(rows).astype(object)) if rows else "Not simulated yet.\n"
 
 
 def _excluded() -> str:
