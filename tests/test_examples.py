@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,10 @@ def test_example_runs(path: Path) -> None:
     last = result.curve.iloc[-1]
     assert last["force_N"] > 0.0
     assert last["support_force_N"] == pytest.approx(last["force_N"], rel=1e-3)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_keep_what_is_not_overridden(path: Path) -> None:
+    test = example(path)
+    changed = rf.override(test, ["numerics.mesh=standard"])
+    assert replace(changed, numerics=test.numerics) == test

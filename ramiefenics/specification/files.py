@@ -170,6 +170,8 @@ def _alternative(hint: Any, value: Any) -> Any:
     if not isinstance(hint, types.UnionType):
         return hint
     options = [option for option in typing.get_args(hint) if option is not type(None)]
+    if type(value) in options:
+        return type(value)
     for option in reversed(options[1:]):
         if isinstance(value, Mapping) and _required(option) <= set(value):
             return option
