@@ -24,21 +24,11 @@ from cases import Case, by_effect, cases, confusion, figure, named, wrong
 from record import DOCS, read_record, table, write_record
 
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
-from ramiefenics.effects import EFFECTS
+from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.runs import Runs, workers
 from ramiefenics.specification import mesh_recipe
 
-REMEMBERING = (
-    "bark_slip",
-    "crushing",
-    "fibre_yield",
-    "growth_stress",
-    "irreversible_damage",
-    "viscoelastic",
-)
-"""Effects of which a single loading shows hardly anything that others do not."""
-
-LISTED = tuple(name for name in EFFECTS if name not in REMEMBERING)
+LISTED = tuple(SUSPECTS)
 NUMBERS = {"nothing": 16, "one": 32, "two": 8, "not listed": 8, "one broken": 6, "two tests": 10}
 SEED = 500000
 KEPT = 4
@@ -98,9 +88,10 @@ def page(records: dict[str, dict[str, Any]]) -> str:
             "Made by `./run python benchmarks/discovery.py`; what it is about is in",
             "[discovery.md](discovery.md). Eight stalks each, simulated on the recipe `standard`;",
             f"{len(LISTED)} suspects, those of [effects.md](effects.md) but",
-            f"{', '.join(f'`{name}`' for name in REMEMBERING)}, whose curves of a single loading",
-            "others have too. `named`: each hidden effect by itself or in a group, and nothing",
-            "else. `wrong`: a single effect is named that was not hidden.",
+            f"{', '.join(f'`{name}`' for name in EFFECTS if name not in SUSPECTS)}, of which a",
+            "single loading shows hardly anything that others do not. `named`: each hidden effect",
+            "by itself or in a group, and nothing else. `wrong`: a single effect is named that was",
+            "not hidden.",
             "",
             confusion(records),
             _totals([*records.values()]),

@@ -34,8 +34,9 @@ itself:
     ramiefenics discover DATASET --suspect friction --suspect span_error
 
 `bend` puts them in one after the other, as given, and writes the specification with them to the \
-folder of its results. `discover` tries {suspects}, and those of `--effects FILE.py`; with \
-`--suspect` the shipped ones that are named instead. \
+folder of its results. `discover` tries all but {others}, of which a single loading shows \
+hardly anything that others do not, and those of `--effects FILE.py`; with `--suspect` the shipped \
+ones that are named instead. \
 [CONTRIBUTING.md](../CONTRIBUTING.md#add-an-effect) has how to write one.
 
 {effects}
@@ -94,9 +95,9 @@ def page() -> str:
         }
         for effect in EFFECTS.values()
     ]
-    suspects = ", ".join(f"`{name}`" for name in SUSPECTS)
+    others = ", ".join(f"`{name}`" for name in EFFECTS if name not in SUSPECTS)
     return TEXT.format(
-        suspects=suspects,
+        others=others,
         effects=markdown(pd.DataFrame(effects)),
         physics="".join(_physics(effect) for effect in EFFECTS.values()),
         mistaken=_mistaken(),

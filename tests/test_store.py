@@ -204,6 +204,22 @@ def test_a_key_depends_on_all_that_computes(
     assert "blas" in loaded
 
 
+@pytest.mark.parametrize("name", ["law.py", "law.c"])
+@pytest.mark.usefixtures("_fresh_provenance")
+def test_a_key_depends_on_what_is_written_in_python_and_in_c(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path)
+    file = tmp_path / "model" / name
+    file.parent.mkdir()
+    sources = set()
+    for text in ("first", "second"):
+        file.write_text(text)
+        provenance.source.cache_clear()
+        sources.add(provenance.source())
+    assert len(sources) == 2
+
+
 def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Path) -> None:
     """Whatever else it has imported: workers keep what their parent looks for."""
     rf.write_test(coarse, tmp_path / "coarse.toml")

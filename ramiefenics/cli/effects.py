@@ -36,7 +36,9 @@ SuspectNames = Annotated[
     typer.Option(
         "--suspect",
         metavar="NAME",
-        help=f"A shipped effect to try, or all; by default {', '.join(SUSPECTS)}. May be repeated.",
+        help="A shipped effect to try, or all; by default all but those which a single loading "
+        f"hardly tells from others ({', '.join(sorted(EFFECTS.keys() - SUSPECTS))}). "
+        "May be repeated.",
     ),
 ]
 PlannedNames = Annotated[

@@ -72,18 +72,19 @@ EFFECTS: dict[str, Effect] = {
     )
 }
 
+REMEMBERING = (
+    IRREVERSIBLE_DAMAGE,
+    FIBRE_YIELD,
+    CRUSHING,
+    VISCOELASTIC,
+    GROWTH_STRESS,
+    BARK_SLIP,
+)
+"""Effects of which a single loading shows hardly anything that others do not show."""
+
 SUSPECTS: dict[str, Effect] = {
-    effect.name: effect
-    for effect in (
-        MACHINE_COMPLIANCE,
-        SEATING_GAP,
-        PITH_CORE,
-        TAPER,
-        FIBRE_DAMAGE,
-        STIFFNESS_GRADIENT,
-    )
+    name: effect for name, effect in EFFECTS.items() if effect not in REMEMBERING
 }
-"""What `discover` tries unless it is told others: each one more costs simulations of all specimens,
-and its record of cases is of these six."""
+"""What `discover` tries unless it is told others."""
 
 __all__ = ["EFFECTS", "SUSPECTS", "Companion", "Effect", "load_effects"]

@@ -46,7 +46,12 @@ def source(*modules: str) -> str:
         Their files, ``__file__``.
     """
     digest = hashlib.sha256()
-    of_solver = [path for part in SOLVER for path in sorted((PACKAGE / part).rglob("*.py"))]
+    of_solver = [
+        path
+        for part in SOLVER
+        for path in sorted((PACKAGE / part).rglob("*"))
+        if path.suffix in (".py", ".c")
+    ]
     for path in [*of_solver, *map(Path, sorted(modules))]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
