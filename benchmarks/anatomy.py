@@ -1,0 +1,194 @@
+"""What nobody suspects, hidden in curves of finite elements, and learned as a free function.
+
+    ./run python benchmarks/anatomy.py
+
+A quarter of an hour. Keeps finished cases in `records/anatomy.json`, and writes
+`docs/discovery_anatomy.md` with its picture.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from record import DOCS, read_record, table, write_record
+from scipy.stats import t as student
+
+from ramiefenics import SpecificationWarning, read_dataset
+from ramiefenics.discovery.anatomy import Anatomist, Learned
+from ramiefenics.discovery.fitting import Fitter
+from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.synthetic import HEIGHTS_MM, Secret, make_dataset
+from ramiefenics.effects import EFFECTS, Effect
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.runs import Runs, workers
+from ramiefenics.specification import BendingTest
+
+SEED = 640000
+
+
+def _stiffest_half_way(test: BendingTest, amount: float) -> BendingTest:
+    """Lower all moduli by a share at both ends of the plant, with the square of the distance."""
+    heights = np.linspace(*HEIGHTS_MM, 13)
+    middle, half = np.mean(HEIGHTS_MM), np.ptp(HEIGHTS_MM) / 2.0
+    factors = 1.0 - amount * ((heights - middle) / half) ** 2
+    stalk = replace(test.stalk, place_mm=tuple(heights), place_factor=tuple(map(float, factors)))
+    return replace(test, stalk=stalk)
+
+
+HALF_WAY = Effect(
+    name="stiffest half-way up",
+    physics="Moduli fall off with the square of the distance from the middle of the plant.",
+    reference="",
+    unit="1",
+    bounds=(0.0, 0.9),
+    typical=0.4,
+    apply=_stiffest_half_way,
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """An effect, how large over its typical size, and where it is."""
+
+    effect: Effect
+    size: float
+    place: str
+
+
+CASES = (
+    Case(EFFECTS["machine_compliance"], 1.0, "machine"),
+    Case(EFFECTS["nonlinear_compliance"], 1.0, "machine"),
+    Case(EFFECTS["fibre_damage"], 1.0, "fibre"),
+    Case(EFFECTS["bimodular_fibre"], 1.0, "fibre"),
+    Case(EFFECTS["fibre_strength"], 2.0, "fibre"),
+    Case(HALF_WAY, 1.0, "height"),
+)
+
+
+def run(case: Case, seed: int) -> dict[str, Any]:
+    """Hide an effect, learn without suspects, and compare the function with the hidden one."""
+    amplitude = case.size * case.effect.typical
+    with tempfile.TemporaryDirectory() as folder, workers() as pool:
+        runs = Runs(executor=pool)
+        make_dataset(Path(folder), Secret(case.effect, amplitude), seed, runs)
+        dataset = read_dataset(folder)
+        observed = observe(dataset)
+        tests = [record.test for record in dataset.records]
+        baseline = Fitter(dataset, observed, Predictor(tests, observed, runs)).baseline()
+        anatomist = Anatomist(dataset, observed, Predictor(tests, observed, runs))
+        learned, gains = anatomist.learn(baseline)
+    test = baseline.curves.model.test(dataset.baseline, learned.fit.mean_log_factors)
+    place = learned.place
+    mean, half = band(learned, test)
+    truth = place.function(case.effect.apply(test, amplitude), place.at)
+    heights = np.array([test.stalk.position_mm for test in tests])
+    if case.place == place.name == "height":
+        factors = case.effect.apply(test, amplitude).stalk.factor_at(heights)
+        truth = truth / np.mean(factors)
+    return {
+        "hidden": case.effect.name,
+        "amplitude": amplitude,
+        "unit": case.effect.unit,
+        "right_place": case.place,
+        "place": place.name,
+        "gains": gains,
+        "x": place.x_label,
+        "y": place.y_label,
+        "at": place.at.tolist(),
+        "baseline": place.function(test, place.at).tolist(),
+        "truth": truth.tolist(),
+        "learned": mean.tolist(),
+        "half": half.tolist(),
+    }
+
+
+def band(learned: Learned, test: BendingTest) -> tuple[np.ndarray, np.ndarray]:
+    """Return the whole learned function, and half the width of its 95 % band."""
+    mean, covariance = learned.coefficients
+    basis = learned.place.basis(test)
+    sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
+    freedom = len(learned.fit.evidence.whole) - 1
+    middle = learned.place.function(test, learned.place.at) + basis @ mean
+    return middle, float(student.ppf(0.975, freedom)) * sd
+
+
+def held(found: dict[str, Any]) -> float:
+    """Return the share of the points at which the band holds the truth."""
+    off = np.abs(np.subtract(found["truth"], found["learned"]))
+    return float(np.mean(off <= np.array(found["half"]) + 1e-9))
+
+
+def picture(found: dict[str, dict[str, Any]]) -> Figure:
+    """Draw what was hidden beside what was learned."""
+    with mpl.rc_context(STYLE | {"font.size": 8.0}):
+        figure = Figure(figsize=(8.2, 2.7 * -(-len(found) // 3)), layout="constrained")
+        grid = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
+        for axes, one in zip(grid, found.values(), strict=False):
+            at, mean, half = (np.array(one[key]) for key in ("at", "learned", "half"))
+            axes.fill_between(at, mean - half, mean + half, color=VERMILION, alpha=0.25, lw=0)
+            axes.plot(at, mean, color=VERMILION, label="learned, 95 %")
+            axes.plot(at, one["truth"], "--", color=BLUE, label="hidden")
+            axes.plot(at, one["baseline"], color=GREY, lw=0.8, label="baseline")
+            axes.set_title(one["hidden"].replace("_", " "), fontsize=8)
+            axes.set_xlabel(one["x"])
+            axes.set_ylabel(_wrapped(one["y"]))
+        for axes in grid[len(found) :]:
+            axes.set_axis_off()
+        grid[0].legend(fontsize=7, frameon=False)
+    return figure
+
+
+def _wrapped(label: str) -> str:
+    return label.replace(", ", ",\n", 1)
+
+
+def page(found: dict[str, dict[str, Any]]) -> str:
+    """Return the page, in Markdown."""
+    right = sum(one["place"] == one["right_place"] for one in found.values())
+    rows = [
+        [
+            one["hidden"],
+            f"{one['amplitude']:g} {'' if one['unit'] == '1' else one['unit']}".strip(),
+            one["place"],
+            ", ".join(f"{name} {gain:.1f}" for name, gain in one["gains"].items()),
+            f"{100.0 * held(one):.0f} %" if one["place"] == one["right_place"] else "",
+        ]
+        for one in found.values()
+    ]
+    head = ["hidden", "amplitude", "place found", "gain in log-evidence", "truth within the band"]
+    return (
+        "# Anatomy of hidden effects\n\n"
+        "Made by `./run python benchmarks/anatomy.py`: eight stalks, simulated by finite elements "
+        "on a mesh of their own, 1 % noise, with an effect in them that nobody suspects; what it "
+        "is about is in [discovery.md](discovery.md#anatomy-of-the-unknown). The place is right in "
+        f"{right} of {len(found)} cases. The last column is the share of the points at which the "
+        "95 % band of the learned function holds the hidden one.\n\n"
+        + table(head, rows)
+        + "\n![What was hidden, and what was learned](discovery_anatomy.png)\n"
+    )
+
+
+def main() -> None:
+    """Run what is not recorded yet."""
+    warnings.simplefilter("ignore", SpecificationWarning)
+    known, found = read_record("anatomy"), {}
+    for number, case in enumerate(CASES):
+        label = f"{case.effect.name} {case.size:g}"
+        found[label] = known.get(label) or run(case, SEED + number)
+        write_record("anatomy", known | found)
+        one = found[label]
+        print(label, one["place"], one["gains"], f"{held(one):.2f}", flush=True)
+    (DOCS / "discovery_anatomy.md").write_text(page(found))
+    picture(found).savefig(DOCS / "discovery_anatomy.png")
+
+
+if __name__ == "__main__":
+    main()
