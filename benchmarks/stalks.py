@@ -1,0 +1,112 @@
+"""What a discovery costs, over the number of stalks.
+
+    ./run python benchmarks/stalks.py [--stalks 8 25 80 200 400]
+
+An hour on two cores, half of it to make the data. Keeps finished cases in `records/stalks.json`,
+and writes `docs/stalks.png`; `benchmarks/performance.py` tells of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import pandas as pd
+from matplotlib.figure import Figure
+from record import DOCS, read_record, write_record
+
+from ramiefenics import SpecificationWarning, discover
+from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.effects import EFFECTS, SUSPECTS
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.runs import Runs, workers
+from ramiefenics.specification import mesh_recipe
+
+STALKS = (8, 25, 80, 200, 400)
+HIDDEN, SEED = "machine_compliance", 710000
+SIX = (
+    "machine_compliance",
+    "seating_gap",
+    "pith_core",
+    "taper",
+    "fibre_damage",
+    "stiffness_gradient",
+)
+TRIED = {"six suspects": SIX, "24 suspects": tuple(SUSPECTS)}
+
+
+def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
+    """Discover with the first so many stalks of a data set, nothing kept from before."""
+    whole = pd.read_csv(folder / "specimens.csv")
+    try:
+        whole.head(number).to_csv(folder / "specimens.csv", index=False)
+        with tempfile.TemporaryDirectory() as kept, workers() as pool:
+            start = time.perf_counter()
+            runs = Runs(Path(kept), pool)
+            found = discover(folder, {name: EFFECTS[name] for name in names}, runs=runs)
+            wall = time.perf_counter() - start
+    finally:
+        whole.to_csv(folder / "specimens.csv", index=False)
+    return {
+        "stalks": number,
+        "wall_s": wall,
+        "curves": found.effort.curves,
+        "simulations": found.effort.simulations,
+        "computed": runs.computed,
+        "learned_error": found.effort.learned_error,
+        "verdict": found.verdict,
+        "groups": found.groups,
+    }
+
+
+def picture(record: dict[str, dict[str, Any]]) -> Figure:
+    """Draw time and simulations over the number of stalks."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for (label, names), colour in zip(TRIED.items(), (BLUE, VERMILION), strict=True):
+            rows = [row for key, row in record.items() if key.endswith(f"{len(names)} suspects")]
+            table = pd.DataFrame(rows).sort_values("stalks")
+            left.loglog(table["stalks"], table["wall_s"] / 60.0, "o-", color=colour, label=label)
+            right.loglog(table["stalks"], table["computed"], "o-", color=colour)
+            right.loglog(table["stalks"], table["curves"], ":", color=colour)
+        right.plot([], [], "o-", color=GREY, label="simulated")
+        right.plot([], [], ":", color=GREY, label="force curves asked for")
+        left.set(xlabel="Stalks", ylabel="Wall time on two cores (min)")
+        right.set(xlabel="Stalks", ylabel="Number")
+        left.legend()
+        right.legend()
+    return figure
+
+
+def main() -> None:
+    """Run what is not recorded yet."""
+    warnings.simplefilter("ignore", SpecificationWarning)
+    os.environ["OMP_NUM_THREADS"] = "1"  # for the workers: one core each
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--stalks", type=int, nargs="+", default=list(STALKS))
+    numbers = parser.parse_args().stalks
+    record = read_record("stalks")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "data"
+        secret = Secret(EFFECTS[HIDDEN], EFFECTS[HIDDEN].typical)
+        with workers() as pool:
+            mesh = mesh_recipe("screening")
+            make_dataset(folder, secret, SEED, Runs(executor=pool), max(numbers), mesh)
+        for number in numbers:
+            for names in TRIED.values():
+                label = f"{number} stalks, {len(names)} suspects"
+                record[label] = record.get(label) or run(folder, number, names)
+                write_record("stalks", record)
+                print(label, record[label], flush=True)
+    picture(record).savefig(DOCS / "stalks.png")
+
+
+if __name__ == "__main__":
+    main()
