@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
+import ramiefenics
 from ramiefenics.cli import progress
 from ramiefenics.cli.checks import converge_command, explicit_command, verify_command
 from ramiefenics.cli.common import (
@@ -38,7 +39,6 @@ from ramiefenics.specification.files import dump_test
 log = logging.getLogger(__name__)
 
 app = typer.Typer(
-    help="Bend plant stalks on a computer.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -108,6 +108,41 @@ def specification(
 ) -> None:
     """Print a specification in full as TOML, to keep and to change."""
     typer.echo(dump_test(load_test(spec, mesh, law, assign)), nl=False)
+
+
+@app.command()
+@with_log
+def new(
+    out: Annotated[Path, typer.Argument(help="File to write, for instance my_test.toml.")],
+    spec: Spec = "table3",
+    mesh: MeshName = None,
+    law: LawName = None,
+    assign: Assignments = None,
+) -> None:
+    """Write a specification to start from, with what every key means."""
+    from ramiefenics.specification.explained import explained
+
+    if out.suffix != ".toml" or not out.parent.is_dir() or out.exists():
+        allowed = "must end in .toml, in a folder that exists, and be no file yet"
+        raise SpecificationError("out", str(out), allowed)
+    test = load_test(spec, mesh, law, assign)
+    if MPI.COMM_WORLD.rank == 0:
+        out.write_text(explained(test), encoding="utf-8")
+
+
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ramiefenics {ramiefenics.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell it.")
+    ] = False,
+) -> None:
+    """Bend plant stalks on a computer."""
 
 
 def main() -> None:

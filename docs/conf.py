@@ -1,0 +1,193 @@
+"""How Sphinx makes the documentation: ./run sphinx-build -W docs build/docs."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+import ramiefenics
+from ramiefenics.model.observables import Observables
+from ramiefenics.specification.explained import attributes, keys
+
+REFERENCE = Path(__file__).resolve().parent / "reference"
+PACKAGES = {
+    "simulation": ("Simulation", ("solve", "model")),
+    "specification_classes": ("Specification, in Python", ("specification",)),
+    "measured": ("Measured curves", ("measured", "reduction")),
+    "studies": (
+        "Convergence, calibration, validation, verification",
+        ("convergence", "calibration", "validation", "verification"),
+    ),
+    "discovery": ("Discovery", ("discovery", "effects")),
+    "published": ("The published study", ("published", "reconciliation")),
+    "results": ("Results and runs", ("results", "runs")),
+}
+"""Pages of the Python reference: title, and subpackages of whose public names it tells."""
+
+LINKS = {
+    "](../CONTRIBUTING.md": "](contributing.md",
+    "](../meshes/README.md": "](meshes.md",
+    "](CONTRIBUTING.md": "](contributing.md",
+    "](CHANGELOG.md": "](changelog.md",
+    "](meshes/README.md": "](meshes.md",
+    "](docs/examples)": "](reference/examples.md)",
+    "](../docs/": "](",
+    "](docs/": "](",
+}
+"""From links between files of the repository to those between pages."""
+
+project = "ramiefenics"
+author = copyright = "The ramiefenics developers"
+release = version = ramiefenics.__version__
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+autodoc_typehints = "none"  # signatures have them; docstrings say what they mean
+autodoc_member_order = "bysource"
+default_role = "code"
+napoleon_use_ivar = True
+html_theme = "furo"
+html_title = f"ramiefenics {release}"
+html_copy_source = False
+
+
+def write_specification() -> None:
+    """Write the page of all keys."""
+    lines = [
+        "# Keys of a specification",
+        "",
+        "A specification is a TOML file; tables nest as keys do here, and `NAME` stands for an",
+        "entry of a list, by its name. On the command line:",
+        "`--set stalk.layers.phloem.material.elastic.E_Z_MPa=1500`.",
+        "Units are in the names: mm, N, MPa, s, degrees. `ramiefenics new my_test.toml` writes a",
+        "specification with all of this in it.",
+        "",
+    ]
+    told = {key.path: key for key in keys()}
+    tables = {path for path, key in told.items() if not key.type} | {""}
+    for table in sorted(tables, key=["", *told].index):
+        if table:
+            lines += [f"## `{table}`", "", _text(told[table].meaning), ""]
+        inside = [
+            key
+            for key in told.values()
+            if key.type and key.path.rpartition(".")[0].removesuffix(".NAME") == table
+        ]
+        if inside:
+            lines += ["| key | type | default | meaning |", "|---|---|---|---|"]
+        for key in inside:
+            default = f"`{key.default}`" if key.default else ""
+            name = key.path.rpartition(".")[2]
+            lines.append(f"| `{name}` | {key.type} | {default} | {_text(key.meaning)} |")
+        lines.append("")
+    (REFERENCE / "specification.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def _text(docstring: str) -> str:
+    """Return text of a docstring as Markdown in a table."""
+    return docstring.replace("``", "`").replace("|", "\\|")
+
+
+def write_python() -> None:
+    """Write the pages of all public names."""
+    pages: dict[str, list[str]] = {page: [] for page in PACKAGES}
+    for name in sorted(ramiefenics.__all__, key=str.lower):
+        thing = getattr(ramiefenics, name)
+        module = getattr(thing, "__module__", "")
+        package = module.split(".")[1] if module.startswith("ramiefenics.") else "effects"
+        page = next(page for page, (_, packages) in PACKAGES.items() if package in packages)
+        pages[page] += _entry(name, thing)
+    for page, (title, _) in PACKAGES.items():
+        body = "\n".join(pages[page])
+        text = f"# {title}\n\n```{{eval-rst}}\n.. currentmodule:: ramiefenics\n\n{body}\n```\n"
+        (REFERENCE / f"{page}.md").write_text(text, encoding="utf-8")
+
+
+def _entry(name: str, thing: object) -> list[str]:
+    if inspect.isclass(thing):
+        members = (
+            "" if dataclasses.is_dataclass(thing) and not _methods(thing) else "   :members:\n"
+        )
+        return [f".. autoclass:: {name}\n{members}"]
+    if callable(thing):
+        return [f".. autofunction:: {name}\n"]
+    module = importlib.import_module("ramiefenics.effects")
+    return [f".. py:data:: {name}\n\n   In ``{module.__name__}``; by name.\n"]
+
+
+def _methods(thing: type) -> bool:
+    return any(not name.startswith("_") for name, _ in inspect.getmembers(thing, callable))
+
+
+def write_commands() -> None:
+    """Write the page of the command line."""
+    command = [sys.executable, "-m", "typer", "ramiefenics.cli", "utils", "docs"]
+    command += ["--name", "ramiefenics", "--title", "Commands"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    (REFERENCE / "commands.md").write_text(done.stdout, encoding="utf-8")
+
+
+def write_examples() -> None:
+    """Write the page of example specifications."""
+    lines = ["# Example specifications", ""]
+    for path in sorted((REFERENCE.parent / "examples").glob("*.toml")):
+        lines += [f"## {path.stem.replace('_', ' ').capitalize()}", ""]
+        lines += [f"```{{literalinclude}} ../examples/{path.name}", ":language: toml", "```", ""]
+    (REFERENCE / "examples.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_files() -> None:
+    """Write the page of what is in the folder of a simulation."""
+    lines = ["# Columns and fields", "", "## `curve.csv`", "", "A row per converged step.", ""]
+    lines += ["| column | meaning |", "|---|---|"]
+    columns = {
+        "displacement_mm": "Travel of the indenter.",
+        "recorded_displacement_mm": "What the machine records as displacement.",
+        "recorded_force_N": "What the machine records as force.",
+        "time_s": "Time since the first touch.",
+        **attributes(Observables),
+        "indenter_work_Nmm": "Work of the indenter so far, by the trapezoidal rule.",
+    }
+    lines += [f"| `{name}` | {_text(meaning)} |" for name, meaning in columns.items()]
+    lines += ["", "## Fields for ParaView", "", "`fields/bend.pvd` is the stalk, "]
+    lines += ["`fields/contact.pvd` the part of its surface that a cylinder may touch.", ""]
+    lines += ["```{eval-rst}", ".. autoclass:: ramiefenics.model.snapshot.Snapshot", ""]
+    lines += [".. automethod:: ramiefenics.model.surface.ContactSurface.evaluate", "```", ""]
+    (REFERENCE / "files.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def between_pages(text: str) -> str:
+    """Return Markdown of the repository with links between pages, which have their titles."""
+    for link, other in LINKS.items():
+        text = text.replace(link, other)
+    return re.sub(r"\[[\w./]+\.md\]\(", "[](", text)
+
+
+def setup(app: Sphinx) -> None:
+    """Have links rewritten in what is read."""
+
+    def read(_: Sphinx, __: str, source: list[str]) -> None:
+        source[0] = between_pages(source[0])
+
+    def include(_: Sphinx, __: Path, ___: str, source: list[str]) -> None:
+        source[0] = between_pages(source[0])
+
+    app.connect("source-read", read)
+    app.connect("include-read", include)
+
+
+REFERENCE.mkdir(exist_ok=True)
+for write in (write_specification, write_python, write_commands, write_examples, write_files):
+    write()
