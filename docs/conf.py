@@ -22,8 +22,8 @@ PACKAGES = {
     "specification_classes": ("Specification, in Python", ("specification",)),
     "measured": ("Measured curves", ("measured", "reduction")),
     "studies": (
-        "Convergence, calibration, validation, verification",
-        ("convergence", "calibration", "validation", "verification"),
+        "Sweeps, convergence, calibration, validation",
+        ("sweep", "convergence", "calibration", "validation", "verification"),
     ),
     "discovery": ("Discovery", ("discovery", "effects")),
     "published": ("The published study", ("published", "reconciliation")),

@@ -32,7 +32,7 @@ from ramiefenics.cli.discovering import discover_command, plan_command
 from ramiefenics.cli.effects import Amplitudes, EffectFiles, add_effects, effects_command
 from ramiefenics.cli.measured import import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
-from ramiefenics.cli.studies import calibrate_command, validate_command
+from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.files import dump_test
 
@@ -52,6 +52,7 @@ app.command("import")(with_log(on_first_rank(import_command)))
 app.command("plan")(with_log(on_first_rank(plan_command)))
 app.command("reconcile")(with_log(on_first_rank(reconcile_command)))
 app.command("reduce")(with_log(on_first_rank(reduce_command)))
+app.command("sweep")(with_log(on_first_rank(sweep_command)))
 app.command("validate")(with_log(on_first_rank(validate_command)))
 app.command("verify")(with_log(on_first_rank(verify_command)))
 

@@ -1,7 +1,8 @@
-"""Commands of designed studies: `calibrate` and `validate`."""
+"""Commands of studies of many runs: `calibrate`, `sweep` and `validate`."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,15 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.common import claim, finish, resumable
+from ramiefenics.cli.common import (
+    LawName,
+    MeshName,
+    Spec,
+    claim,
+    finish,
+    load_test,
+    resumable,
+)
 
 
 def calibrate_command(
@@ -30,6 +39,35 @@ def calibrate_command(
     asked = read_study(study)  # before there is a progress bar
     with resumable(), progress.counting() as (stage, count):
         found = calibrate(asked, on_stage=stage, on_done=count)
+    finish(found, folder)
+
+
+def sweep_command(
+    assign: Annotated[
+        list[str],
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUES",
+            help="Values to try: low:high:number, or value,value; may be repeated, for all "
+            "combinations.",
+        ),
+    ],
+    spec: Spec = "table3",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-sweep by default.")
+    ] = None,
+    mesh: MeshName = None,
+    law: LawName = None,
+) -> None:
+    """Bend a stalk with values varied, in all combinations."""
+    from ramiefenics.sweep import sweep, values_of
+
+    values = dict(values_of(one) for one in assign)
+    test = load_test(spec, mesh, law, None)
+    folder = claim(out or Path("results") / f"{Path(spec).stem}-sweep", MPI.COMM_SELF)
+    with resumable(), progress.counting() as (stage, count):
+        stage("bending", math.prod(map(len, values.values())))
+        found = sweep(test, values, on_done=count)
     finish(found, folder)
 
 

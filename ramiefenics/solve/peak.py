@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,8 @@ class Peak:
         maximum is anywhere in there.
     step_error_N
         What the curve, read by straight lines, errs by on its plateau, at the most, estimated from
-        its curvature. Steps that are too long make it large.
+        its curvature; where a jump ends the rise, at least what it could have risen on within that
+        step. Steps that are too long make it large.
     """
 
     force_N: float
@@ -38,17 +40,21 @@ class Peak:
     step_error_N: float
 
 
-def find_peak(displacement_mm: Array, force_N: Array) -> Peak:
+def find_peak(displacement_mm: Array, force_N: Array, jumps_mm: Sequence[float] = ()) -> Peak:
     """Find the maximum of a curve by the parabola through the highest point and its neighbours.
 
     Parameters
     ----------
     displacement_mm, force_N
         Of every step, displacement ascending, shape (n,).
+    jumps_mm
+        Displacements of the steps with a jump in them, at their ends. Beside one, the highest point
+        is the maximum: no parabola goes through both sides of a jump.
     """
     x, f = np.asarray(displacement_mm, dtype=float), np.asarray(force_N, dtype=float)
-    top = int(f.argmax())
-    if not 0 < top < len(f) - 1:
+    top, jumped = int(f.argmax()), np.isin(x, jumps_mm)
+    beside = jumped[top : top + 2].any()
+    if beside or not 0 < top < len(f) - 1:
         highest, at = float(f[top]), float(x[top])
     else:
         left, right = np.diff(f[top - 1 : top + 2]) / np.diff(x[top - 1 : top + 2])
@@ -58,7 +64,7 @@ def find_peak(displacement_mm: Array, force_N: Array) -> Peak:
         highest, at = float(f[top] + slope * move / 2.0), float(x[top] + move)
     level = PLATEAU * highest
     ends = _crossing(x[top::-1], f[top::-1], level), _crossing(x[top:], f[top:], level)
-    return Peak(highest, at, top < len(f) - 1, ends, _straight_error(x, f, top, ends))
+    return Peak(highest, at, top < len(f) - 1, ends, _straight_error(x, f, jumped, ends))
 
 
 def _crossing(x: Array, f: Array, level: float) -> float:
@@ -71,13 +77,18 @@ def _crossing(x: Array, f: Array, level: float) -> float:
     return float(x[last - 1] + share * (x[last] - x[last - 1]))
 
 
-def _straight_error(x: Array, f: Array, top: int, plateau_mm: tuple[float, float]) -> float:
+def _straight_error(
+    x: Array, f: Array, jumped: NDArray[np.bool_], plateau_mm: tuple[float, float]
+) -> float:
     """Return the largest ``h^2 f'' / 8`` of the steps on a plateau, or next to the highest."""
     if len(f) < 3:
         return float("nan")
-    steps = np.diff(x)
-    bends = np.abs(np.diff(np.diff(f) / steps)) * 2.0 / (steps[1:] + steps[:-1])
+    top, steps = int(f.argmax()), np.diff(x)
+    slopes = np.diff(f) / steps
+    bends = np.abs(np.diff(slopes)) * 2.0 / (steps[1:] + steps[:-1])
     errors = bends * np.maximum(steps[1:], steps[:-1]) ** 2 / 8.0
+    errors[jumped[1:-1] | jumped[2:]] = 0.0
     on_it = (plateau_mm[0] <= x[1:-1]) & (x[1:-1] <= plateau_mm[1])
     on_it[min(max(top, 1), len(f) - 2) - 1] = True
-    return float(errors[on_it].max())
+    rise = slopes[top - 1] * steps[top] if 0 < top < len(steps) and jumped[top + 1] else 0.0
+    return float(max(errors[on_it].max(), rise))

@@ -118,7 +118,8 @@ class BendingResult(Result):
     def peak(self) -> Peak:
         """The force maximum of the loading, its place, plateau and error of step."""
         loading = self.loading
-        return find_peak(loading["displacement_mm"].to_numpy(), loading["force_N"].to_numpy())
+        travel, force = (loading[name].to_numpy() for name in ("displacement_mm", "force_N"))
+        return find_peak(travel, force, [jump.displacement_mm for jump in self.jumps])
 
     @property
     def mesh_error_N(self) -> float | None:

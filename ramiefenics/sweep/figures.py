@@ -1,0 +1,114 @@
+"""What a sweep shows: all curves, and the maximum force over what was varied."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Literal
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.sweep.outcome import Sweep
+
+SHADES = mpl.colormaps["viridis_r"]
+"""From the first value, light, to the last one, dark."""
+
+DASHES = ("-", "--", ":", "-.")
+
+PLACES: tuple[Literal["outside right upper"], Literal["outside right lower"]]
+PLACES = ("outside right upper", "outside right lower")
+"""Of the legends."""
+
+MOST_NAMED = 10
+"""Lines that a legend can name."""
+
+
+def curves_figure(found: Sweep) -> Figure:
+    """Draw all curves, coloured by what was varied first, dashed by what was varied second."""
+    first, *others = found.keys
+    values, colours = found.runs[first], _colours(found.runs[first])
+    dashes = {}
+    if others:
+        dashes = dict(zip(found.runs[others[0]].unique(), itertools.cycle(DASHES), strict=False))
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+        axes = figure.subplots()
+        for number, run in enumerate(found.done):
+            if run is None:
+                continue
+            at, force = run.result.curve["displacement_mm"], run.result.curve["force_N"]
+            dash = dashes[found.runs[others[0]][number]] if others else "-"
+            axes.plot(at, force, ls=dash, color=colours[values[number]], lw=1.2)
+            if not run.result.completed:
+                axes.plot(at.iloc[-1], force.iloc[-1], "X", ms=7, color=VERMILION)
+        axes.set(xlabel="Indenter displacement (mm)", ylabel="Force (N)")
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        lines = [Line2D([], [], color=colour) for colour in colours.values()]
+        parts = [(first, lines, [_text(value) for value in colours])]
+        if others:
+            lines = [Line2D([], [], color=GREY, ls=dash) for dash in dashes.values()]
+            parts.append((others[0], lines, [_text(value) for value in dashes]))
+        _legends(figure, *parts)
+    return figure
+
+
+def force_figure(found: Sweep) -> Figure:
+    """Draw the maximum force over what was varied first, a line for each value of the second."""
+    first, *others = found.keys
+    numbers = pd.api.types.is_numeric_dtype(found.runs[first])
+    groups = found.runs.groupby(others[0], sort=False) if others else [(None, found.runs)]
+    colours: dict[object, str] = _colours(found.runs[others[0]]) if others else {None: BLUE}
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.0), layout="constrained")
+        axes = figure.subplots()
+        for value, group in groups:
+            at = group[first] if numbers else group[first].astype(str)
+            axes.plot(at, group["max_force_N"], "o-" if numbers else "o", color=colours[value])
+        if others:
+            lines = [Line2D([], [], color=colour, marker="o") for colour in colours.values()]
+            _legends(figure, (others[0], lines, [_text(value) for value in colours]))
+        axes.set(xlabel=_label(first), ylabel="Maximum force (N)")
+    return figure
+
+
+def _colours(values: pd.Series) -> dict[object, str]:
+    distinct = list(values.unique())
+    last = max(len(distinct) - 1, 1)
+    return {value: to_hex(SHADES(0.15 + 0.85 * n / last)) for n, value in enumerate(distinct)}
+
+
+def _legends(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]) -> None:
+    """Put one legend or two beside the axes."""
+    for (key, handles, labels), where in zip(parts, PLACES, strict=False):
+        last, number = len(labels) - 1, min(len(labels), MOST_NAMED)
+        chosen = [round(k) for k in np.linspace(0, last, number)]  # first and last among them
+        figure.legend(
+            [handles[k] for k in chosen],
+            [labels[k] for k in chosen],
+            title=_label(key),
+            loc=where,
+            alignment="left",
+            fontsize=8,
+            title_fontsize=8,
+            frameon=False,
+        )
+
+
+def _text(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _label(key: str) -> str:
+    """Return the last part of a key in words, with its unit."""
+    name = key.rpartition(".")[2]
+    unit = next((u for u in ("mm", "MPa", "N", "deg", "s") if name.endswith(f"_{u}")), "")
+    words = name.removesuffix(f"_{unit}").replace("_", " ")
+    return f"{words[0].upper()}{words[1:]}{f' ({unit})' if unit else ''}"

@@ -1,0 +1,115 @@
+"""What came of a sweep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.results.result import Picture, Result, Table
+from ramiefenics.results.text import stack
+from ramiefenics.runs import KeptRun
+from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import to_dict
+
+NUMBERS = ("max_force_N", "displacement_at_max_mm", "slope_N_per_mm")
+
+
+@dataclass(frozen=True, repr=False)
+class Sweep(Result):
+    """Simulations of one specification with some of its values varied.
+
+    Attributes
+    ----------
+    test
+        The specification before.
+    runs
+        One row each: the values, by their keys, ``max_force_N``, ``displacement_at_max_mm``,
+        ``slope_N_per_mm`` (NaN where the run ended while the force still rose) and ``ending``.
+    done
+        The simulations, None where there is none.
+    """
+
+    test: BendingTest
+    runs: pd.DataFrame
+    done: tuple[KeptRun | None, ...]
+
+    @property
+    def keys(self) -> list[str]:
+        """What was varied."""
+        return [str(name) for name in self.runs if name not in (*NUMBERS, "ending")]
+
+    @property
+    def title(self) -> str:
+        """What this is."""
+        names = [key.rpartition(".")[2] for key in self.keys]
+        return f"Sweep over {' and '.join(names)}, {len(self.runs)} runs"
+
+    @property
+    def completed(self) -> bool:
+        """Whether all runs reached the whole travel."""
+        return bool((self.runs["ending"] == "completed").all())
+
+    def findings(self) -> list[str]:
+        """Return between what the maximum force lies."""
+        force = self.runs["max_force_N"].to_numpy(dtype=float)
+        if not np.isfinite(force).any():
+            return ["No run has a maximum of the force."]
+        extremes = (int(np.nanargmin(force)), int(np.nanargmax(force)))
+        ends = (f"{force[n]:.4g} N ({self._where(n)})" for n in extremes)
+        return [f"The maximum force is {' to '.join(ends)}."]
+
+    def notes(self) -> list[str]:
+        """Return which runs did not reach the whole travel."""
+        ends = self.runs["ending"]
+        told = [f"{self._where(n)}: {why}" for n, why in enumerate(ends) if why != "completed"]
+        jumps = [n for n, run in enumerate(self.done) if run is not None and run.result.jumps]
+        return told + [f"{self._where(n)}: the stalk jumps" for n in jumps]
+
+    def _where(self, number: int) -> str:
+        row = self.runs.iloc[number]
+        return ", ".join(f"{key.rpartition('.')[2]} = {row[key]}" for key in self.keys)
+
+    def overview(self) -> pd.DataFrame:
+        """Return the runs, if they are few."""
+        return self.runs.head(30).rename(columns=lambda name: str(name).rpartition(".")[2])
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the runs, and the specification."""
+        rows = self.runs.to_dict("records")
+        return {"runs": rows, "specification": to_dict(self.test)}
+
+    def tables(self) -> dict[str, Table]:
+        """Return runs and curves; their rows have the number of the run, from 0."""
+        curves = {
+            number: run.result.curve[["displacement_mm", "force_N"]]
+            for number, run in enumerate(self.done)
+            if run is not None
+        }
+        return {
+            "runs": Table(self.runs, "One row per run."),
+            **({"curves": Table(stack(curves, "run"))} if curves else {}),
+        }
+
+    def figures(self) -> dict[str, Picture]:
+        """Return the curves, and the maximum force over what was varied first."""
+        from ramiefenics.sweep import figures
+
+        drawn = {
+            "curves": Picture(
+                partial(figures.curves_figure, self),
+                "Force against travel of all runs; a cross where a run ended early.",
+            )
+        }
+        if len(self.keys) <= 2 and self.runs[self.keys[0]].nunique() > 1:
+            drawn["max_force"] = Picture(
+                partial(figures.force_figure, self), "Maximum force of all runs."
+            )
+        return drawn
+
+    def specifications(self) -> dict[str, BendingTest]:
+        """Return the specification before."""
+        return {"specification": self.test}

@@ -1,0 +1,116 @@
+"""All combinations of some values of a specification, simulated."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.model.laws import check_law
+from ramiefenics.runs import Done, KeptRun, Runs, Simulation
+from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.sweep.outcome import NUMBERS, Sweep
+
+MOST = 10_000
+"""Runs of a sweep."""
+
+Value = float | int | str | bool
+
+
+def sweep(
+    test: BendingTest,
+    values: Mapping[str, Sequence[Value]],
+    executor: Executor | None = None,
+    folder: Path | None = None,
+    on_done: Callable[[int], None] = lambda number: None,
+) -> Sweep:
+    """Simulate a test with all combinations of some values.
+
+    Parameters
+    ----------
+    test
+        The specification to start from.
+    values
+        By dotted key, as of `override`.
+    executor, folder, on_done
+        What does the simulations, where they are kept, and what is told of them: see `Runs`.
+
+    Raises
+    ------
+    SpecificationError
+        If a key or value is refused, or there are none or too many; nothing has been simulated
+        then.
+    KeyboardInterrupt
+        If the user has interrupted it; finished simulations are kept.
+    """
+    number = math.prod(map(len, values.values()))
+    if not values or not 0 < number <= MOST:
+        raise SpecificationError("sweep", number, f"must be of 1 to {MOST} runs")
+    chosen = list(itertools.product(*values.values()))
+    tests = [
+        override(test, [f"{key}={_toml(one)}" for key, one in zip(values, row, strict=True)])
+        for row in chosen
+    ]
+    for changed in tests:
+        check_law(changed)
+    done = Runs(folder, executor, on_done).map([Simulation(changed) for changed in tests])
+    table = pd.DataFrame(chosen, columns=list(values))
+    numbers = pd.DataFrame([_row(one) for one in done])
+    return Sweep(test, pd.concat([table, numbers], axis=1), tuple(one.value for one in done))
+
+
+def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
+    """Return key and values of ``key=low:high:number`` or ``key=value,value``.
+
+    Raises
+    ------
+    SpecificationError
+        If it is neither.
+    """
+    key, equals, text = (part.strip() for part in assignment.partition("="))
+    if not key or not equals or not text:
+        allowed = "must be of the form key=low:high:number or key=value,value"
+        raise SpecificationError("--set", assignment, allowed)
+    parts = text.split(":")
+    if len(parts) == 1:
+        return key, tuple(_parsed(one.strip()) for one in text.split(","))
+    try:
+        low, high, number = float(parts[0]), float(parts[1]), int(parts[2])
+        if len(parts) != 3 or not np.isfinite([low, high]).all() or not 2 <= number <= MOST:
+            raise ValueError
+    except (ValueError, IndexError) as error:
+        allowed = f"must be low:high:number, two numbers and how many from 2 to {MOST}"
+        raise SpecificationError(key, text, allowed) from error
+    return key, tuple(float(f"{one:.12g}") for one in np.linspace(low, high, number))
+
+
+def _parsed(text: str) -> Value:
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    return value if isinstance(value, (float, int, bool)) else text
+
+
+def _toml(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _row(done: Done[KeptRun]) -> dict[str, Any]:
+    if done.value is None:
+        return dict.fromkeys(NUMBERS, math.nan) | {"ending": f"failed: {done.error}"}
+    result = done.value.result
+    known = result.completed or result.has_force_maximum  # else the force still rises
+    return {
+        "max_force_N": result.max_force_N if known else math.nan,
+        "displacement_at_max_mm": result.displacement_at_max_mm if known else math.nan,
+        "slope_N_per_mm": result.slope_N_per_mm if known else math.nan,
+        "ending": "completed" if result.completed else result.ending.reason,
+    }

@@ -1,0 +1,121 @@
+"""Sweeps: all combinations, simulated once each, told in a table and figures."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from folders import check_folder, check_print
+
+import ramiefenics as rf
+from ramiefenics.cli import main
+from ramiefenics.runs import simulation
+from ramiefenics.sweep import values_of
+
+pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+
+@pytest.fixture
+def computed(
+    monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
+) -> list[rf.BendingTest]:
+    """Tests asked for; the force is the radius over the span at its peak, half-way."""
+    asked: list[rf.BendingTest] = []
+
+    def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
+        asked.append(test)
+        x = np.linspace(0.0, test.protocol.travel_mm, 15)
+        peak = test.fixture.indenter_radius_mm / test.fixture.span_mm
+        return as_result(test, x, peak * np.sin(np.pi * x / x[-1]))
+
+    monkeypatch.setattr(simulation, "simulate", simulate)
+    return asked
+
+
+def test_all_combinations_are_simulated_once(
+    coarse: rf.BendingTest, computed: list[rf.BendingTest], tmp_path: Path
+) -> None:
+    values = {"fixture.indenter_radius_mm": (4.0, 5.0, 8.0), "fixture.span_mm": (80.0, 100.0)}
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, values, pool, tmp_path / "kept")
+        again = rf.sweep(coarse, values, pool, tmp_path / "kept")
+    assert len(computed) == 6
+    assert again.runs.equals(found.runs)
+    radius, span = (found.runs[key] for key in values)
+    assert {*zip(radius, span, strict=True)} == {(r, s) for r in (4, 5, 8) for s in (80, 100)}
+    assert found.runs["max_force_N"].to_numpy() == pytest.approx((radius / span).to_numpy())
+    assert found.completed
+    check_print(found, "0.1 N (indenter_radius_mm = 8.0, span_mm = 80.0)")
+    rf.write_folder(found, tmp_path / "found")
+    check_folder(tmp_path / "found")
+    assert {path.name for path in (tmp_path / "found").glob("*.png")} == {
+        "curves.png",
+        "max_force.png",
+    }
+
+
+def test_what_fails_or_ends_early_is_told(
+    coarse: rf.BendingTest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
+        raise rf.SpecificationError("stalk", 1, "must be another one")
+
+    monkeypatch.setattr(simulation, "simulate", simulate)
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, {"law": ("svk", "neo_hookean")}, pool, tmp_path)
+    assert not found.completed
+    assert found.findings() == ["No run has a maximum of the force."]
+    assert found.notes()[0].startswith("law = svk: failed: stalk = 1 must be another one")
+    rf.write_folder(found, tmp_path / "found")
+    check_folder(tmp_path / "found")
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("a.b=2.5:15:6", (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)),
+        ("a=1,2", (1, 2)),
+        ("a= svk , neo_hookean ", ("svk", "neo_hookean")),
+        ("a=0.1:0.3:3", (0.1, 0.2, 0.3)),
+    ],
+)
+def test_values_of(text: str, values: tuple[object, ...]) -> None:
+    key, found = values_of(text)
+    assert key == text.partition("=")[0]
+    assert found == values
+
+
+@pytest.mark.parametrize(
+    ("assignment", "message"),
+    [
+        ("fixture.span_mm", "must be of the form key=low:high:number"),
+        ("fixture.span_mm=1:2", "must be low:high:number"),
+        ("fixture.span_mm=1:2:3:4", "must be low:high:number"),
+        ("fixture.span_mm=1:nan:3", "must be low:high:number"),
+        ("fixture.span_mm=1:2:1", "must be low:high:number"),
+        ("fixture.spam_mm=1,2", "is an unknown key, the nearest known one is 'span_mm'"),
+        ("fixture.span_mm=90,900", "must be below the specimen's length"),
+    ],
+)
+def test_bad_values_end_with_one_sentence(
+    assignment: str,
+    message: str,
+    tmp_path: Path,
+    computed: list[rf.BendingTest],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out"
+    command = ["ramiefenics", "sweep", "height-69cm", "--set", assignment, "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ending:
+        main()
+    assert ending.value.code == 2
+    error = capsys.readouterr().err.strip().splitlines()
+    assert message in error[-1]
+    assert not computed
+    assert not out.exists()
