@@ -22,7 +22,7 @@ SHADES = mpl.colormaps["viridis_r"]
 
 DASHES = ("-", "--", ":", "-.")
 
-PLACES: tuple[Literal["outside right upper"], Literal["outside right lower"]]
+PLACES: tuple[Literal["outside right upper", "outside right lower"], ...]
 PLACES = ("outside right upper", "outside right lower")
 """Of the legends."""
 
