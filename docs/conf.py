@@ -20,7 +20,7 @@ REFERENCE = Path(__file__).resolve().parent / "reference"
 PACKAGES = {
     "simulation": ("Simulation", ("solve", "model")),
     "specification_classes": ("Specification, in Python", ("specification",)),
-    "measured": ("Measured curves", ("measured", "reduction")),
+    "measured": ("Measured curves", ("measured", "reduction", "comparison")),
     "studies": (
         "Sweeps, convergence, calibration, validation",
         ("sweep", "convergence", "calibration", "validation", "verification"),

@@ -4,6 +4,7 @@ __version__: str
 
 from .calibration.calibrate import calibrate as calibrate
 from .calibration.outcome import Calibration as Calibration
+from .comparison import Comparison as Comparison, compare as compare
 from .convergence import (
     Convergence as Convergence,
     converge as converge,
@@ -53,6 +54,7 @@ from .solve.figures import (
     section_figure as section_figure,
 )
 from .solve.pictures import deformed_picture as deformed_picture
+from .solve.reading import read_folder as read_folder
 from .solve.result import BendingResult as BendingResult
 from .solve.sensitivity import (
     Parameter as Parameter,

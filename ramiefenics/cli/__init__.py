@@ -30,7 +30,7 @@ from ramiefenics.cli.common import (
 )
 from ramiefenics.cli.discovering import discover_command, plan_command
 from ramiefenics.cli.effects import Amplitudes, EffectFiles, add_effects, effects_command
-from ramiefenics.cli.measured import import_command, reduce_command
+from ramiefenics.cli.measured import compare_command, import_command, reduce_command
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
 from ramiefenics.specification import SpecificationError
@@ -44,6 +44,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("calibrate")(with_log(on_first_rank(calibrate_command)))
+app.command("compare")(with_log(on_first_rank(compare_command)))
 app.command("converge")(with_log(converge_command))
 app.command("discover")(with_log(on_first_rank(discover_command)))
 app.command("effects")(with_log(on_first_rank(effects_command)))

@@ -1,4 +1,4 @@
-"""Commands on measured data: `import` and `reduce`."""
+"""Commands on measured data: `compare`, `import` and `reduce`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 from mpi4py import MPI
 
-from ramiefenics.cli.common import claim, finish
+from ramiefenics.cli import progress
+from ramiefenics.cli.common import MeshName, claim, finish, resumable
+from ramiefenics.specification import SpecificationError
 
 
 def import_command(
@@ -79,3 +81,38 @@ def reduce_command(
     from ramiefenics.reduction import reduce_dataset
 
     finish(reduce_dataset(dataset, by, seed), folder)
+
+
+def compare_command(
+    dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/measured.md.")],
+    simulated: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[RUN]...",
+            help="Folders of results of ramiefenics bend; by default every measured test is "
+            "simulated, with the baseline's constants.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/NAME-compared by default.")
+    ] = None,
+    mesh: MeshName = None,
+) -> None:
+    """Draw measured curves beside simulated ones, and tell how far they are apart."""
+    folder = claim(
+        out or Path("results") / f"{Path(dataset).resolve().name}-compared", MPI.COMM_SELF
+    )
+    from ramiefenics.comparison import compare
+    from ramiefenics.measured import read_dataset
+    from ramiefenics.runs import Runs
+    from ramiefenics.solve.reading import read_folder
+
+    asked = read_dataset(dataset)
+    given = {path.name: read_folder(path) for path in simulated or []}
+    if len(given) < len(simulated or []):
+        names = ", ".join(str(path) for path in simulated or [])
+        raise SpecificationError("RUN", names, "must be folders of different names")
+    with resumable(), progress.counting() as (stage, count):
+        stage("bending", 0 if given else len(asked.records))
+        found = compare(asked, given or None, mesh, Runs(on_done=count))
+    finish(found, folder)

@@ -1,0 +1,6 @@
+"""Measured curves beside simulated ones."""
+
+from ramiefenics.comparison.compare import compare
+from ramiefenics.comparison.outcome import Comparison, Pair
+
+__all__ = ["Comparison", "Pair", "compare"]

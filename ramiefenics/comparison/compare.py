@@ -1,0 +1,72 @@
+"""Measured curves beside simulated ones: their own simulations, or given ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ramiefenics.comparison.outcome import Comparison, Pair
+from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.measured.record import Record
+from ramiefenics.runs import Runs, Simulation
+from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification import BendingTest, MeshRecipe, mesh_recipe
+
+
+def compare(
+    dataset: Dataset | str | Path,
+    simulated: Mapping[str, BendingResult] | None = None,
+    mesh: str | None = None,
+    runs: Runs | None = None,
+) -> Comparison:
+    """Compare measured curves with simulations.
+
+    Parameters
+    ----------
+    dataset
+        Measured curves, or their folder.
+    simulated
+        Simulations by name, each compared with every measured curve. By default every measured
+        test is simulated, with its own geometry and conditions and the baseline's constants.
+    mesh
+        Name of a recipe for these, in place of the data set's.
+    runs
+        Does the simulations, see `Runs`.
+
+    Raises
+    ------
+    SpecificationError
+        If the data cannot be used, or a test cannot be simulated.
+    KeyboardInterrupt
+        If the user has interrupted it; finished simulations are kept.
+    """
+    dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    if simulated is None:
+        return Comparison(dataset, tuple(_own(dataset, mesh, runs or Runs())))
+    return Comparison(
+        dataset,
+        tuple(
+            Pair(record, name, result)
+            for name, result in simulated.items()
+            for record in dataset.records
+        ),
+    )
+
+
+def _own(dataset: Dataset, mesh: str | None, runs: Runs) -> list[Pair]:
+    recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
+    tests = [_loading(record, recipe) for record in dataset.records]
+    done = runs.map([Simulation(test) for test in tests])
+    return [
+        Pair(record, "baseline", one.result().result)
+        for record, one in zip(dataset.records, done, strict=True)
+    ]
+
+
+def _loading(record: Record, recipe: MeshRecipe) -> BendingTest:
+    test = record.test
+    travel = float(record.curve["displacement_mm"].iloc[-1])
+    protocol = replace(test.protocol, travel_mm=travel, save_every_mm=travel, then=())
+    numerics = replace(test.numerics, mesh=recipe, acoustic_check=False)
+    return replace(test, protocol=protocol, numerics=numerics)

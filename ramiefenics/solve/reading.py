@@ -1,0 +1,46 @@
+"""The folder of a simulation, read back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ramiefenics.solve.quasistatic import Ending, Jump
+from ramiefenics.solve.result import BendingResult, Statistics
+from ramiefenics.specification import SpecificationError, read_test
+
+
+def read_folder(folder: str | Path) -> BendingResult:
+    """Read what `write_folder` has written of a simulation, without the fields of its snapshots.
+
+    Parameters
+    ----------
+    folder
+        Of results, as `ramiefenics bend` writes them.
+
+    Raises
+    ------
+    SpecificationError
+        If it is no such folder, or a file in it cannot be read.
+    """
+    folder = Path(folder)
+    if missing := [name for name in FILES if not (folder / name).is_file()]:
+        allowed = f"must be a folder of results of ramiefenics bend, but has no {missing[0]}"
+        raise SpecificationError("folder", str(folder), allowed)
+    test = read_test(folder / "specification.toml")
+    try:
+        told: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        curve = pd.read_csv(folder / "curve.csv")
+        statistics = Statistics(**{name: told[name] for name in Statistics.__dataclass_fields__})
+        ending = Ending(**told["ending"])
+        jumps = tuple(Jump(**jump) for jump in told["jumps"])
+        return BendingResult(test, curve, (), statistics, ending, jumps)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        allowed = f"must hold what ramiefenics bend wrote ({type(error).__name__}: {error})"
+        raise SpecificationError("folder", str(folder), allowed) from error
+
+
+FILES = ("specification.toml", "curve.csv", "summary.json")
