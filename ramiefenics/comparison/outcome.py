@@ -63,7 +63,7 @@ class Pair:
         if not low < high:
             allowed = f"must reach displacements that {self.record.name} has, above {low:.4g} mm"
             raise SpecificationError(self.name, high, allowed)
-        return np.linspace(low, high, POINTS)
+        return np.asarray(np.linspace(low, high, POINTS))
 
     @property
     def measured_N(self) -> Array:
