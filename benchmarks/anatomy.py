@@ -44,7 +44,7 @@ def _stiffest_half_way(test: BendingTest, amount: float) -> BendingTest:
 
 
 HALF_WAY = Effect(
-    name="stiffest half-way up",
+    name="stiffest_half_way_up",
     physics="Moduli fall off with the square of the distance from the middle of the plant.",
     reference="",
     unit="1",

@@ -31,6 +31,7 @@ from ramiefenics.cli.common import (
 from ramiefenics.cli.discovering import discover_command, plan_command
 from ramiefenics.cli.effects import Amplitudes, EffectFiles, add_effects, effects_command
 from ramiefenics.cli.measured import compare_command, import_command, reduce_command
+from ramiefenics.cli.notes import notes
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
 from ramiefenics.specification import SpecificationError
@@ -151,15 +152,7 @@ def main() -> None:
     """Run the command line; bad input ends with one sentence and status 2."""
     first = MPI.COMM_WORLD.rank == 0
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has enough, such as head, ends it
-
-    told: set[str] = set()
-
-    def note(message: Warning | str, category: type[Warning], *_: object) -> None:
-        if first and str(message) not in told:
-            typer.echo(f"note: {message}", err=True)
-            told.add(str(message))
-
-    warnings.showwarning = note  # type: ignore[assignment]
+    warnings.showwarning = notes.show  # type: ignore[assignment]
     try:
         with claims:
             app()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from mpi4py import MPI
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from ramiefenics.cli.notes import notes
 from ramiefenics.specification import BendingTest
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 def _bar(text: str) -> Progress:
     """Return a bar with a text, time elapsed and time left, on the first rank only."""
+    notes.simulating()  # what a specification leaves open matters from here on
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
