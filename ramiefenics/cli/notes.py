@@ -7,7 +7,6 @@ from mpi4py import MPI
 
 from ramiefenics.specification import SpecificationWarning
 
-
 RESTARTED = "A worker was restarted"
 """Of loky, whose processes grow to what the largest model needs, and are then made afresh."""
 
