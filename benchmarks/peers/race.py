@@ -35,10 +35,17 @@ def user_seconds(command: list[str], cwd: str) -> float:
 
 
 def forces(path: Path) -> dict[str, float]:
-    """Return the forces at 4, 8 and 14 mm."""
-    rows = [line.split(",") for line in path.read_text().splitlines()[1:]]
-    found = {round(float(travel), 6): float(force) for travel, force in rows}
-    return {f"force_{at}mm_N": found[at] for at in (4, 8, 14)}
+    """Return the forces at 4, 8 and 14 mm; between steps, linearly interpolated."""
+    lines = path.read_text().splitlines()[1:]
+    rows = [tuple(map(float, line.split(","))) for line in lines]
+    return {f"force_{at}mm_N": between(rows, at) for at in (4, 8, 14)}
+
+
+def between(rows: list[tuple[float, ...]], at: float) -> float:
+    """Return the force at a travel that the rows reach."""
+    end = next(k for k, (travel, _) in enumerate(rows) if travel > at - 1e-6)
+    (x0, y0), (x1, y1) = rows[max(end - 1, 0)], rows[end]
+    return y0 + (y1 - y0) * (at - x0) / (x1 - x0)
 
 
 def race(mesh: Path, friction: float, pythons: dict[str, list[str]]) -> dict[str, Any]:
