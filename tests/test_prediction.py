@@ -178,6 +178,25 @@ def test_effects_that_have_no_meaning_are_refused_by_name(
     assert "there is none to move" in found.refused["eccentric_void"]
 
 
+def test_where_the_typical_size_is_too_much_less_is_tried(
+    screening: rf.BendingTest, springs: Springs
+) -> None:
+    gap = rf.EFFECTS["seating_gap"]
+
+    def apply(test: rf.BendingTest, amount: float) -> rf.BendingTest:
+        if amount > 0.3 * gap.typical:
+            raise rf.SpecificationError("gap", amount, "must be smaller")
+        return gap.apply(test, amount)
+
+    predictor = Predictor([screening], observed(AT_MM), springs)
+    model = Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1)))
+    narrow = replace(gap, name="narrow", apply=apply)
+    found = predictor.linearise(model, {"seating_gap": gap, "narrow": narrow})
+    assert not found.refused
+    by_gap, by_narrow = (found.by_effects[name][:, 1:] for name in ("seating_gap", "narrow"))
+    assert by_narrow == pytest.approx(by_gap, rel=1e-6)  # of a straight line, any step's
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["span_error", "friction", "wall_thickness_error", "fibre_strength", "fibre_damage"]

@@ -81,6 +81,21 @@ def test_one_sided_where_negative_amounts_are_refused(short: BendingTest) -> Non
     assert found.curve["friction"].iloc[-1] == pytest.approx(expected, rel=5e-3)
 
 
+def test_one_sided_where_positive_amounts_are_refused(short: BendingTest) -> None:
+    """The dynamic coefficient is the static one: it cannot be more."""
+    equal = override(short, ["fixture.friction.static=0.12", "fixture.friction.dynamic=0.12"])
+    parameter = Parameter(_adding_to(FRICTION), TYPICAL[FRICTION])
+    found = sensitivities(equal, {"friction": parameter}, MPI.COMM_SELF)
+    assert found.by_differences == ()
+    less = 1e-2 * TYPICAL[FRICTION]
+    here, low = (
+        simulate(parameter.change(equal, amount), MPI.COMM_SELF).curve for amount in (0.0, -less)
+    )
+    expected = ((here["force_N"] - low["force_N"]) / less).to_numpy()
+    error = np.abs(found.curve["friction"].to_numpy() - expected).max()
+    assert error < 2e-3 * np.abs(expected).max()  # of one-sided differences
+
+
 @pytest.mark.mpi
 def test_ranks_agree(short: BendingTest) -> None:
     parameters = {VOID: Parameter(_adding_to(VOID), TYPICAL[VOID])}

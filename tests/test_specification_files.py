@@ -208,3 +208,19 @@ def test_error_names_field_value_and_remedy() -> None:
     error = SpecificationError("span_mm", 3, "must be above 20 mm").inside("fixture")
     assert str(pickle.loads(pickle.dumps(error))) == str(error)  # as workers send it
     assert str(error) == "fixture.span_mm = 3 must be above 20 mm."
+
+
+def test_a_step_or_mesh_setting_moves_what_it_contradicts(screening: BendingTest) -> None:
+    short = override(screening, ["numerics.stepping.max_step_mm=0.02"]).numerics.stepping
+    assert (short.min_step_mm, short.first_step_mm, short.max_step_mm) == (0.02, 0.02, 0.02)
+    early = override(screening, ["numerics.stepping.first_step_mm=0.01"]).numerics.stepping
+    assert (early.min_step_mm, early.first_step_mm, early.max_step_mm) == (0.01, 0.01, 1.0)
+    fine = override(screening, ["numerics.mesh.coarse_size=0.01"]).numerics.mesh
+    assert fine.contact_size == fine.coarse_size == 0.01
+    assert override(screening, ["numerics.mesh.order=1"]).numerics.mesh.serendipity is False
+
+
+@pytest.mark.parametrize("name", ["min_step_mm", "max_step_mm", "first_step_mm"])
+def test_steps_are_positive(screening: BendingTest, name: str) -> None:
+    with pytest.raises(SpecificationError, match=f"{name} = 0 must be a number above 0"):
+        override(screening, [f"numerics.stepping.{name}=0"])

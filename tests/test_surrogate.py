@@ -15,6 +15,7 @@ from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
 from ramiefenics.surrogate import LearnedCurves
+from ramiefenics.surrogate.coordinates import Direction
 from ramiefenics.surrogate.pool import TOLERANCE
 from ramiefenics.surrogate.process import Observed, Process
 
@@ -115,6 +116,24 @@ def test_what_moves_on_takes_few_more() -> None:
     again = learned.map([CurveTask(test, used) for test in moved])
     assert beams.asked - before < 12
     assert len(again) == 40
+
+
+def test_numbers_that_only_go_together_are_changed_together() -> None:
+    """Equal coefficients of friction: neither the dynamic nor the static one alone may move."""
+    both = tuple(("fixture", "friction", kind) for kind in ("static", "dynamic"))
+    gripping = Direction("gripping", both, (0.3, 0.3))
+    stalks = [
+        override(
+            ramie(14.0 + 0.05 * k, 7.3, 0.67),
+            ["fixture.friction.static=0.3", "fixture.friction.dynamic=0.3"],
+        )
+        for k in range(6)
+    ]
+    asked = [CurveTask(test, (*factors(test), gripping)) for test in stalks]
+    curves = [done.result() for done in LearnedCurves(Beams()).map(asked)]
+    assert misses(stalks, curves, None).max() < TOLERANCE
+    for curve in curves:  # it does not act
+        assert np.abs(curve["gripping"]).max() < 1e-6 * curve["force_N"].max()
 
 
 def test_far_away_is_simulated() -> None:

@@ -31,6 +31,9 @@ DERIVATIVE_SHARE = 0.25
 """Step, over the typical amplitude, of the derivative by the amplitude of an effect that is there;
 where it is not there, that is the typical amplitude."""
 
+SHARES = (1.0, 0.5, 0.25, 0.125)
+"""Of a step, until one is possible."""
+
 SMALL = 1e-3
 """Step, over the typical amplitude, of what an effect changes in a specification."""
 
@@ -88,8 +91,7 @@ def signatures(
         Effects, of the model or not.
     """
     tests = predictor.tests(model)
-    steps = {name: _step(effect, model) for name, effect in suspects.items()}
-    moved, refused = _moved(predictor, model, suspects, steps)
+    moved, steps, refused = _moved(predictor, model, suspects)
     places = [Place.of(test) for test in tests]
     standing = {
         name: Standing.of(places, [Place.of(test) for test in some]) for name, some in moved.items()
@@ -144,20 +146,26 @@ def _answers(
 
 
 def _moved(
-    predictor: Predictor,
-    model: Model,
-    suspects: Mapping[str, Effect],
-    steps: Mapping[str, float],
-) -> tuple[dict[str, list[BendingTest]], dict[str, str]]:
-    """Return specifications with each amplitude changed, and why there are none."""
-    moved, refused = {}, {}
+    predictor: Predictor, model: Model, suspects: Mapping[str, Effect]
+) -> tuple[dict[str, list[BendingTest]], dict[str, float], dict[str, str]]:
+    """Return specifications with each amplitude changed, by how much, and why there are none.
+
+    What is typical of a stalk may be too much for a smaller specimen: then less is tried.
+    """
+    moved: dict[str, list[BendingTest]] = {}
+    steps: dict[str, float] = {}
+    refused: dict[str, str] = {}
     for name, effect in suspects.items():
-        amplitude = model.amplitude(name) + steps[name]
-        try:
-            moved[name] = predictor.tests(model.changed(effect, amplitude))
-        except SpecificationError as error:
-            refused[name] = str(error)
-    return moved, refused
+        for share in SHARES:
+            step = share * _step(effect, model)
+            try:
+                there = model.changed(effect, model.amplitude(name) + step)
+                moved[name], steps[name] = predictor.tests(there), step
+                refused.pop(name, None)
+                break
+            except SpecificationError as error:
+                refused.setdefault(name, str(error))
+    return moved, steps, refused
 
 
 def _along(

@@ -45,7 +45,7 @@ class Parameter:
     ----------
     change
         From a specification and an amount to the changed specification; none at zero. If it
-        refuses negative amounts, derivatives are one-sided.
+        refuses amounts of one sign, derivatives are one-sided.
     typical
         An amount that matters, in the parameter's unit: the scale of finite differences.
     """
@@ -134,9 +134,11 @@ def sensitivities(
 class _Twin:
     """A problem a little way along a parameter, followed beside the base."""
 
-    def __init__(self, base: BendingProblem, twin: BendingProblem, parameter: Parameter) -> None:
+    def __init__(
+        self, base: BendingProblem, twin: BendingProblem, typical: float, amount: float
+    ) -> None:
         self._base, self._twin = base, twin
-        self._typical, self._amount = parameter.typical, TWIN_SHARE * parameter.typical
+        self._typical, self._amount = typical, amount
         u = base.displacement.x.petsc_vec
         self._rate, self._residual, self._correction = (u.duplicate() for _ in range(3))
         self._rate.set(0.0)
@@ -146,13 +148,15 @@ class _Twin:
     def make(cls, base: BendingProblem, parameter: Parameter) -> _Twin | None:
         """Return the twin, or None if it has another mesh topology."""
         comm = base.tube.mesh.comm
-        test = parameter.change(base.test, TWIN_SHARE * parameter.typical)
+        low, high = _either_side(base.test, parameter, TWIN_SHARE)
+        amount = high or low
+        test = parameter.change(base.test, amount)
         if test.numerics.domain != base.test.numerics.domain:
             return None
         twin = BendingProblem(test, comm, base.tube if _same_mesh(base.test, test) else None)
         settle(twin)
         same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
-        return cls(base, twin, parameter) if same else None
+        return cls(base, twin, parameter.typical, amount) if same else None
 
     def follow(
         self,
@@ -213,13 +217,19 @@ def _same_mesh(one: BendingTest, other: BendingTest) -> bool:
 
 
 def _either_side(test: BendingTest, parameter: Parameter, share: float) -> tuple[float, float]:
-    """Return two amounts around zero, or zero and one above if none below is allowed."""
+    """Return two amounts around zero, or zero and one on the side that is allowed."""
     amount = share * parameter.typical
-    try:
-        parameter.change(test, -amount)
-    except SpecificationError:
-        return 0.0, amount
-    return -amount, amount
+    sides = []
+    for side in (-amount, amount):
+        try:
+            parameter.change(test, side)
+        except SpecificationError as error:
+            refused = error
+        else:
+            sides.append(side)
+    if not sides:
+        raise refused
+    return min(sides[0], 0.0), max(sides[-1], 0.0)
 
 
 def _same_topology(one: BendingProblem, other: BendingProblem) -> bool:

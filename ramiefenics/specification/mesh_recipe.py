@@ -45,13 +45,14 @@ class MeshRecipe:
     growth
         Element length gained per length of distance from the nearest zone.
     coarse_size
-        Largest element length along Z, relative to the shorter of the span and 9 diameters.
+        Largest element length along Z, relative to the shorter of the span and 9 diameters;
+        `contact_size` is at most this.
     bore_growth, side_growth
         Ratio of an element to the one before, going outward from the bore through each layer, and
         from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom.
     serendipity
         Leave out the displacement's nodes inside faces and cells: 20 instead of 27 per cell of
-        order 2.
+        order 2. Cells of order 1 have none.
     """
 
     order: int
@@ -75,15 +76,16 @@ class MeshRecipe:
             raise SpecificationError("angular_elements", self.angular_elements, "must be even")
         check_integer(self, "wall_elements", 1)
         check_integer(self, "rind_elements", 1)
-        check_number(self, "contact_size", above=0.0, at_most=LONGEST_UNDER_A_CYLINDER)
+        check_number(self, "coarse_size", above=0.0)
+        check_number(self, "contact_size", above=0.0)
+        object.__setattr__(self, "contact_size", min(self.contact_size, self.coarse_size))
+        check_number(self, "contact_size", at_most=LONGEST_UNDER_A_CYLINDER)
         check_number(self, "contact_zone", at_least=0.0)
         check_number(self, "growth", at_least=0.0)
-        check_number(self, "coarse_size", at_least=self.contact_size)
         check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
         check_number(self, "side_growth", at_least=1.0, at_most=3.0)
         check_choice(self, "serendipity", (False, True))
-        if self.serendipity and self.order == 1:
-            raise SpecificationError("serendipity", True, "is for order 2 only")
+        object.__setattr__(self, "serendipity", self.serendipity and self.order == 2)
         if self.name in _names():
             recipe = _unnamed(self.name)
             if dataclasses.replace(self, name=recipe.name) != recipe:

@@ -48,8 +48,9 @@ class Stepping:
     Attributes
     ----------
     first_step_mm, max_step_mm, min_step_mm
-        First, largest and smallest increment. Where the smallest finds no equilibrium nearby,
-        the stalk jumps: see ``docs/model.md``.
+        First, largest and smallest increment. The first is at most the largest, the smallest at
+        most either: what is set above them becomes equal. Where the smallest finds no equilibrium
+        nearby, the stalk jumps: see ``docs/model.md``.
     max_iterations
         Newton iterations before the increment is cut.
     relative_tolerance
@@ -71,12 +72,12 @@ class Stepping:
     linear_solver: str = "auto"
 
     def __post_init__(self) -> None:
-        """Check signs and order of the increments."""
-        check_number(self, "min_step_mm", above=0.0, unit="mm")
-        check_number(self, "max_step_mm", at_least=self.min_step_mm, unit="mm")
-        check_number(
-            self, "first_step_mm", at_least=self.min_step_mm, at_most=self.max_step_mm, unit="mm"
-        )
+        """Check signs; put the increments in order."""
+        for name in ("min_step_mm", "max_step_mm", "first_step_mm"):
+            check_number(self, name, above=0.0, unit="mm")
+        first = min(self.first_step_mm, self.max_step_mm)
+        object.__setattr__(self, "first_step_mm", first)
+        object.__setattr__(self, "min_step_mm", min(self.min_step_mm, first))
         check_integer(self, "max_iterations", 1)
         check_number(self, "relative_tolerance", above=0.0, below=1.0)
         check_number(self, "force_tolerance", above=0.0, below=1.0)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper
@@ -19,6 +20,9 @@ TOLERANCE = 0.001
 
 FIRST = 4
 """Runs to the end before anything is learned."""
+
+NOTHING = 1e-4
+"""Coordinates that differ by less, all together, do not differ."""
 
 WORTHWHILE = 12
 """So many curves without derivatives are simulated one by one, rather than learned with them."""
@@ -81,18 +85,19 @@ class Pool:
         return self._family
 
     def _directions(self, questions: Sequence[Question]) -> tuple[Direction, ...]:
-        """Return directions that span all differences and changes."""
+        """Return directions that span all differences and changes, and no others.
+
+        What only goes together, as both coefficients of friction, may not be possible apart.
+        """
         at = np.array([*(q.at for q in questions), *(run.at for run in self.runs)])
         changes = np.concatenate([q.changes for q in questions])
         apart = np.concatenate([at - at.mean(axis=0), changes])
-        logarithmic = np.array([is_logarithmic(path) for path in self._paths])
-        _, sizes, axes = np.linalg.svd(apart[:, logarithmic], full_matrices=False)
-        rows = np.zeros((len(axes), len(self._paths)))
-        rows[:, logarithmic] = axes
-        rows = rows[sizes > 1e-4]
         ranges = np.abs(apart).max(axis=0)
-        others = np.flatnonzero(~logarithmic & (ranges > 1e-9 * (1.0 + np.abs(at).max(axis=0))))
-        rows = np.concatenate([rows, np.diag(ranges)[others]])
+        logarithmic = np.array([is_logarithmic(path) for path in self._paths])
+        others = ~logarithmic & (ranges > 1e-9 * (1.0 + np.abs(at).max(axis=0)))
+        scale = np.where(others, ranges, 1.0)
+        rows = np.concatenate([_span(apart / scale, block) for block in (logarithmic, others)])
+        rows *= scale
         return tuple(self._direction(f"direction_{k}", row) for k, row in enumerate(rows))
 
     def _direction(self, name: str, row: Array) -> Direction:
@@ -140,6 +145,14 @@ class Pool:
         x = np.append(0.0, family.at_mm)
         by_changes = np.pad((up - down) / (2.0 * SMALL), ((0, 0), (1, 0)))
         return Done(question.curve(x, np.append(0.0, force), by_changes))
+
+
+def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:
+    """Return unit vectors that span some columns of rows, zero in the others."""
+    _, sizes, axes = np.linalg.svd(rows[:, columns], full_matrices=False)
+    found = np.zeros((len(axes), rows.shape[1]))
+    found[:, columns] = axes
+    return found[sizes > NOTHING]
 
 
 def _spread(at: Array, errors: Array, number: int) -> list[int]:
