@@ -190,7 +190,7 @@ def test_where_the_typical_size_is_too_much_less_is_tried(
 
     predictor = Predictor([screening], observed(AT_MM), springs)
     model = Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1)))
-    narrow = replace(gap, name="narrow", apply=apply)
+    narrow = dataclasses.replace(gap, name="narrow", apply=apply)
     found = predictor.linearise(model, {"seating_gap": gap, "narrow": narrow})
     assert not found.refused
     by_gap, by_narrow = (found.by_effects[name][:, 1:] for name in ("seating_gap", "narrow"))
