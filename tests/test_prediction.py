@@ -1,5 +1,6 @@
 """Recorded forces, their changes and fits for stalks that are linear springs, in closed form."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
