@@ -72,15 +72,22 @@ def reduce_command(
         str | None,
         typer.Option(metavar="COLUMN", help="Of specimens.csv or tests.csv; it names the groups."),
     ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="What curves of a group share, such as their plant, where groups are compared.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the resampling behind intervals.")] = 0,
 ) -> None:
-    """Reduce measured curves to slopes, peaks, energies and strengths, by group."""
+    """Reduce measured curves to slopes, peaks, energies and strengths, and compare groups."""
     folder = claim(
         out or Path("results") / f"{Path(dataset).resolve().name}-reduced", MPI.COMM_SELF
     )
     from ramiefenics.reduction import reduce_dataset
 
-    finish(reduce_dataset(dataset, by, seed), folder)
+    finish(reduce_dataset(dataset, by, seed, within), folder)
 
 
 def compare_command(

@@ -13,6 +13,7 @@ import pandas as pd
 
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.reduction.curves import QUANTITIES, CurveNumbers, reduce_curve, reduce_section
+from ramiefenics.reduction.differences import differences
 from ramiefenics.reduction.groups import by_group, describe, ordered
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import SpecificationError
@@ -29,6 +30,9 @@ __all__ = [
 
 ALL = "all"
 """The only group where no column is named."""
+
+ALPHA = 0.05
+"""Probability below which groups are told apart."""
 
 TOLD = ("slope_N_per_mm", "peak_N", "strength_MPa")
 """Quantities that findings tell of."""
@@ -51,6 +55,8 @@ class Reduction(Result):
         One row per group and quantity of `QUANTITIES`: mean and intervals, see `describe`.
     seed
         Of the resampling.
+    tests, pairs
+        Whether groups differ, and which ones: see `differences`. Empty where there is one group.
     """
 
     SUMMARY: ClassVar[str] = "manifest.json"
@@ -60,6 +66,8 @@ class Reduction(Result):
     curves: pd.DataFrame
     groups: pd.DataFrame
     seed: int
+    tests: pd.DataFrame
+    pairs: pd.DataFrame
 
     @property
     def names(self) -> list[str]:
@@ -134,7 +142,27 @@ class Reduction(Result):
                 interval = f" ({row['low']:.4g} to {row['high']:.4g})" if row["n"] > 1 else ""
                 cells.append(f"{title} {row['mean']:.4g}{interval} {unit}")
             told.append("; ".join(cells))
-        return told
+        return told + [self._compared(name) for name in TOLD if name in set(self._tested)]
+
+    @property
+    def _tested(self) -> list[str]:
+        return [] if self.tests.empty else list(self.tests["quantity"])
+
+    def _compared(self, name: str) -> str:
+        test = self.tests.set_index("quantity").loc[name]
+        pairs = self.pairs[(self.pairs["quantity"] == name) & (self.pairs["p"] < ALPHA)]
+        title = QUANTITIES[name][0]
+        said = (
+            f"{title[0].upper()}{title[1:]} of the groups: p = {test['p']:.2g} that all are alike"
+        )
+        if pairs.empty:
+            return f"{said}; no two groups are told apart."
+        apart = [
+            f"{row['second']} less {row['first']} {row['difference']:+.3g} ({row['low']:.3g} to "
+            f"{row['high']:.3g}) {QUANTITIES[name][1]}, p = {row['p']:.2g}"
+            for _, row in pairs.iterrows()
+        ]
+        return f"{said}; {'; '.join(apart)}."
 
     def numbers(self) -> dict[str, Any]:
         """Return what was reduced, and how."""
@@ -154,6 +182,25 @@ class Reduction(Result):
         return {
             "groups": Table(self.groups, means, digits=6),
             "curves": Table(self.curves, "One row per record.", digits=6),
+            **self._comparison(),
+        }
+
+    def _comparison(self) -> dict[str, Table]:
+        if self.tests.empty:
+            return {}
+        return {
+            "tests": Table(
+                self.tests,
+                "Whether groups differ: analysis of variance by Welch, or of a mixed model; share "
+                "of the variance between groups.",
+                digits=6,
+            ),
+            "pairs": Table(
+                self.pairs,
+                "Second less first group: 95 % interval, probability by Holm over the pairs of a "
+                "quantity, Hedges' g.",
+                digits=6,
+            ),
         }
 
     def figures(self) -> dict[str, Picture]:
@@ -173,9 +220,12 @@ class Reduction(Result):
 
 
 def reduce_dataset(
-    dataset: Dataset | str | Path, by: str | None = None, seed: int = 0
+    dataset: Dataset | str | Path,
+    by: str | None = None,
+    seed: int = 0,
+    within: str | None = None,
 ) -> Reduction:
-    """Reduce every curve of a data set, and average by group.
+    """Reduce every curve of a data set, average by group, and compare groups.
 
     Parameters
     ----------
@@ -185,6 +235,9 @@ def reduce_dataset(
         Column of `specimens.csv` or `tests.csv` that names the groups.
     seed
         Of the resampling behind bootstrap intervals.
+    within
+        Column that names what curves of a group share, such as their plant; by default the
+        specimen.
 
     Raises
     ------
@@ -195,10 +248,11 @@ def reduce_dataset(
         dataset = read_dataset(dataset)
     rows = []
     for record in dataset.records:
-        if by is not None and by not in record.row:
-            there = ", ".join(record.row)
-            allowed = f"must be a column of specimens.csv or tests.csv ({there})"
-            raise SpecificationError("by", by, allowed)
+        for option, column in (("by", by), ("within", within)):
+            if column is not None and column not in record.row:
+                there = ", ".join(record.row)
+                allowed = f"must be a column of specimens.csv or tests.csv ({there})"
+                raise SpecificationError(option, column, allowed)
         numbers = reduce_curve(record.curve)
         rows.append(
             {
@@ -211,4 +265,6 @@ def reduce_dataset(
         )
     curves = pd.DataFrame(rows)
     groups = by_group(curves, list(curves["group"]), list(QUANTITIES), seed)
-    return Reduction(dataset, by, curves, groups, seed)
+    units = [r.specimen if within is None else r.row[within] for r in dataset.records]
+    tests, pairs = differences(curves, list(curves["group"]), list(QUANTITIES), units)
+    return Reduction(dataset, by, curves, groups, seed, tests, pairs)
