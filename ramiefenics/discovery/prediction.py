@@ -13,7 +13,7 @@ from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.observed import Observed, read
-from ramiefenics.discovery.signatures import signatures
+from ramiefenics.discovery.signatures import first_possible, signatures
 from ramiefenics.discovery.standing import Place, Standing, change_of
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
@@ -152,9 +152,11 @@ class Predictor:
     def _change_by(self, effect: Effect) -> Array:
         """Return what an effect adds to the first curve's change, per amplitude, shape (m,)."""
         if effect.name not in self._by_effect:
-            changed = effect.apply(self._tests[0], effect.typical)
+            step, (changed,) = first_possible(
+                effect.typical, lambda amplitude: [effect.apply(self._tests[0], amplitude)]
+            )
             more = self._changes_of([changed])[0] - self._mesh_changes[0]
-            self._by_effect[effect.name] = more / effect.typical
+            self._by_effect[effect.name] = more / step
         return self._by_effect[effect.name]
 
     def _changes_of(self, tests: Sequence[BendingTest]) -> Array:

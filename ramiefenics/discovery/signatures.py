@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -150,22 +150,42 @@ def _moved(
 ) -> tuple[dict[str, list[BendingTest]], dict[str, float], dict[str, str]]:
     """Return specifications with each amplitude changed, by how much, and why there are none.
 
-    What is typical of a stalk may be too much for a smaller specimen: then less is tried.
+    What is typical of a stalk may be too much for a smaller specimen: then less is tried, see
+    `first_possible`.
     """
     moved: dict[str, list[BendingTest]] = {}
     steps: dict[str, float] = {}
     refused: dict[str, str] = {}
     for name, effect in suspects.items():
-        for share in SHARES:
-            step = share * _step(effect, model)
-            try:
-                there = model.changed(effect, model.amplitude(name) + step)
-                moved[name], steps[name] = predictor.tests(there), step
-                refused.pop(name, None)
-                break
-            except SpecificationError as error:
-                refused.setdefault(name, str(error))
+
+        def tests(step: float, effect: Effect = effect) -> list[BendingTest]:
+            return predictor.tests(model.changed(effect, model.amplitude(effect.name) + step))
+
+        try:
+            steps[name], moved[name] = first_possible(_step(effect, model), tests)
+        except SpecificationError as error:
+            refused[name] = str(error)
     return moved, steps, refused
+
+
+def first_possible(
+    step: float, tests: Callable[[float], list[BendingTest]]
+) -> tuple[float, list[BendingTest]]:
+    """Return the largest of some shares of a step that specifications allow, and these.
+
+    Raises
+    ------
+    SpecificationError
+        Of the whole step, if none is possible.
+    """
+    refused = None
+    for share in SHARES:
+        try:
+            return share * step, tests(share * step)
+        except SpecificationError as error:
+            refused = refused or error
+    assert refused is not None  # there are shares
+    raise refused
 
 
 def _along(
