@@ -156,19 +156,20 @@ def _extrude_with_node(
 ) -> Blocks:
     """Extrude a section that has a core, and return volumes, the core only in the node and last.
 
-    The core elsewhere stays in Gmsh's model, as what is beside it is extruded from it, but is in
-    no physical group, and so in no mesh.
+    The core elsewhere is taken out at the end, as what is beside it is extruded from its faces.
     """
     cuts = [0, *(int(np.abs(z - at).argmin()) for at in node_mm if at > z[0]), len(z) - 1]
     place = {index: index if index == FILM else index - 1 for index in section}
     place[0] = max(section)
     volumes: Blocks = {index: [] for index in sorted(place.values())}
+    void: list[int] = []
     for start, stop in itertools.pairwise(cuts):
         made, section = _extrude(section, z[start : stop + 1])
         if not node_mm[0] < (z[start] + z[stop]) / 2.0 < node_mm[1]:
-            del made[0]
+            void += made.pop(0)
         for index, solids in made.items():
             volumes[place[index]] += solids
+    gmsh.model.geo.remove([(3, solid) for solid in void])
     return volumes
 
 
