@@ -18,10 +18,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from record import DOCS, read_record, table, write_record
-from scipy.stats import t as student
 
 from ramiefenics import SpecificationWarning, read_dataset
-from ramiefenics.discovery.anatomy import Anatomist, Learned
+from ramiefenics.discovery.anatomy import Anatomist
 from ramiefenics.discovery.fitting import Fitter
 from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.prediction import Predictor
@@ -87,7 +86,7 @@ def run(case: Case, seed: int) -> dict[str, Any]:
         learned, gains = anatomist.learn(baseline)
     test = baseline.curves.model.test(dataset.baseline, learned.fit.mean_log_factors)
     place = learned.place
-    mean, half = band(learned, test)
+    mean, low, _ = learned.function(test)
     truth = place.function(case.effect.apply(test, amplitude), place.at)
     heights = np.array([test.stalk.position_mm for test in tests])
     if case.place == place.name == "height":
@@ -106,18 +105,8 @@ def run(case: Case, seed: int) -> dict[str, Any]:
         "baseline": place.function(test, place.at).tolist(),
         "truth": truth.tolist(),
         "learned": mean.tolist(),
-        "half": half.tolist(),
+        "half": (mean - low).tolist(),
     }
-
-
-def band(learned: Learned, test: BendingTest) -> tuple[np.ndarray, np.ndarray]:
-    """Return the whole learned function, and half the width of its 95 % band."""
-    mean, covariance = learned.coefficients
-    basis = learned.place.basis(test)
-    sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
-    freedom = len(learned.fit.evidence.whole) - 1
-    middle = learned.place.function(test, learned.place.at) + basis @ mean
-    return middle, float(student.ppf(0.975, freedom)) * sd
 
 
 def held(found: dict[str, Any]) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import inspect
 import re
 import subprocess
@@ -123,8 +122,7 @@ def _entry(name: str, thing: object) -> list[str]:
         return [f".. autoclass:: {name}\n{members}"]
     if callable(thing):
         return [f".. autofunction:: {name}\n"]
-    module = importlib.import_module("ramiefenics.effects")
-    return [f".. py:data:: {name}\n\n   In ``{module.__name__}``; by name.\n"]
+    return [f".. py:data:: {name}\n\n   In ``ramiefenics.effects``; by name.\n"]
 
 
 def _methods(thing: type) -> bool:
@@ -178,14 +176,11 @@ def between_pages(text: str) -> str:
 def setup(app: Sphinx) -> None:
     """Have links rewritten in what is read."""
 
-    def read(_: Sphinx, __: str, source: list[str]) -> None:
-        source[0] = between_pages(source[0])
+    def rewrite(*event: list[str]) -> None:
+        event[-1][0] = between_pages(event[-1][0])  # the text is the last that both events tell
 
-    def include(_: Sphinx, __: Path, ___: str, source: list[str]) -> None:
-        source[0] = between_pages(source[0])
-
-    app.connect("source-read", read)
-    app.connect("include-read", include)
+    app.connect("source-read", rewrite)
+    app.connect("include-read", rewrite)
 
 
 REFERENCE.mkdir(exist_ok=True)

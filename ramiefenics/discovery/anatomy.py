@@ -76,6 +76,19 @@ class Learned:
         mean, covariance = (part[-number:] for part in whitened.deviations(()))
         return root @ mean, root @ covariance[:, -number:] @ root.T
 
+    def function(self, test: BendingTest) -> tuple[Array, Array, Array]:
+        """Return a test's whole function at `Place.at`: mean, and the ends of its 95 % band, (g,).
+
+        Student's, with one degree of freedom less than there are specimens.
+        """
+        mean, covariance = self.coefficients
+        basis = self.place.basis(test)
+        middle = self.place.function(test, self.place.at) + basis @ mean
+        sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
+        freedom = max(len(self.fit.evidence.whole) - 1, 2)
+        half = float(student.ppf((1.0 + LEVEL) / 2.0, freedom)) * sd
+        return middle, middle - half, middle + half
+
 
 @dataclass(frozen=True)
 class Anatomy:
@@ -127,17 +140,8 @@ class Anatomy:
 
     @cached_property
     def function(self) -> tuple[Array, Array, Array]:
-        """The whole function at `Place.at`: mean, and the ends of its 95 % band, shape (g,).
-
-        Student's, with one degree of freedom less than there are specimens.
-        """
-        mean, covariance = self.learned.coefficients
-        basis = self.place.basis(self.test)
-        middle = self.baseline + basis @ mean
-        sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
-        freedom = max(len(self.learned.fit.evidence.whole) - 1, 2)
-        half = float(student.ppf((1.0 + LEVEL) / 2.0, freedom)) * sd
-        return middle, middle - half, middle + half
+        """The whole function, see `Learned.function`."""
+        return self.learned.function(self.test)
 
     def extended_test(self) -> BendingTest:
         """Return the baseline with the function."""
