@@ -229,6 +229,21 @@ def test_left_out_is_what_the_others_predict() -> None:
     assert deviations[3] == pytest.approx(scale * with_noise, rel=1e-5)
 
 
+def test_what_one_run_alone_tells_cannot_be_left_out() -> None:
+    """Only the last run tells of the second number; without it the line has no slope there."""
+    observed = observations(6, 5)
+    at = observed.at.copy()
+    at[:, 1] = 0.0
+    kept = (observed.along[:, 1] == 0.0) | (observed.run == 5)
+    alone = Process(
+        Observed(at[kept], observed.along[kept], observed.value[kept], observed.run[kept])
+    )
+    errors, deviations = alone.left_out()
+    told = [True] * 5 + [False]
+    assert np.isfinite(errors).all(axis=1).tolist() == told
+    assert np.isfinite(deviations).all(axis=1).tolist() == told
+
+
 def test_process_knows_what_it_does_not() -> None:
     """Of points between and outside, errors are as large as the deviations say."""
     process = Process(observations(10, 3))

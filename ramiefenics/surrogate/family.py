@@ -129,11 +129,12 @@ class Family:
     def left_out(self) -> tuple[Array, Array]:
         """What is missed of each run that is left out, and what was to be expected.
 
-        Both over the peak, root mean square over displacements.
+        Both over the peak, root mean square over displacements; of runs that others can predict.
         """
         errors, sd = self._process.left_out()
         logs = np.array([run.logarithms(self.at_mm)[0] for run in self._used])
-        return self._over_peak(logs, errors), self._over_peak(logs, sd)
+        told = np.isfinite(errors).all(axis=1)
+        return self._over_peak(logs[told], errors[told]), self._over_peak(logs[told], sd[told])
 
     def _over_peak(self, logs: Array, errors: Array) -> Array:
         force = np.exp(logs) * self.at_mm
@@ -144,11 +145,13 @@ class Family:
         """Return the error to be expected over the peak, two standard deviations, shape (n,).
 
         The process states them; where errors of runs left out are larger, as much larger. They are
-        infinite in directions of which no run tells anything, and where the nearest run does not
-        reach the end.
+        infinite in directions of which no run tells anything, where the nearest run does not reach
+        the end, and as long as no run can be predicted from the others.
         """
         inside = self._inside(at)
         missed, expected = self.left_out
+        if not len(missed):
+            return np.full(len(at), np.inf)
         ratios = missed / np.maximum(expected, EXACT)
         caution = max(1.0, float(np.sqrt((ratios**2).mean())))
         errors = (

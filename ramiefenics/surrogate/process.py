@@ -202,11 +202,16 @@ class Process:
     def left_out(self) -> tuple[Array, Array]:
         """Return errors of the values predicted from all other runs, and standard deviations.
 
-        Shape (runs, m) each, in the order of the runs' numbers.
+        Shape (runs, m) each, in the order of the runs' numbers; NaN for a run without which the
+        others do not determine the mean.
         """
         precision, errors, deviations = self._precision(), [], []
         for run in np.unique(self._observed.run):
             own = self._observed.run == run
+            if np.linalg.matrix_rank(self._basis[~own]) < self._basis.shape[1]:
+                errors.append(np.full(len(self._scale2), np.nan))
+                deviations.append(errors[-1])
+                continue
             block = np.linalg.inv(precision[np.ix_(own, own)])
             value = int(self._observed.plain[own].argmax())
             errors.append(block[value] @ self._weights[own])
