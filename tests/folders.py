@@ -25,6 +25,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
+        self.sources = [source for source in self.sources if not source.startswith("#")]
         self.rows += tag == "tr"
 
 

@@ -157,6 +157,9 @@ def test_one_number_leaves_both_parameters_open(
     text = " ".join(found.findings())
     assert "mu is not determined by these data" in text
     assert "One combination of the 2 parameters is determined" in text
+    values = found.overview()
+    assert values is not None
+    assert all(text.startswith("(") for text in [*values["95 % low"], *values["95 % high"]])
 
 
 def test_failing_runs_are_told_and_left_out(
@@ -386,6 +389,13 @@ def test_folder_has_tables_figures_specification_and_report(
     assert len(pictures) == 4 + 3 * 2
     assert page.rows > 40
     check_print(found, f"{found.fit.optimum.predicted[0]:.4g} N at the optimum")
+    values = found.overview()
+    assert values is not None
+    for row, low, high in zip(values.itertuples(), known["low"], known["high"], strict=True):
+        assert row.calibrated == pytest.approx(known["optimum"][row.parameter])
+        assert (float(row[4]), float(row[5])) == pytest.approx((low, high), rel=1e-3)
+    printed = str(found)
+    assert printed.index(values["95 % low"][0]) < printed.index(found.findings()[0])
     for name in pictures:
         pixels = image.imread(out / f"{name}.png")[..., :3]
         assert min(pixels.shape[:2]) > 400

@@ -15,6 +15,8 @@ from formula import Formula
 
 import ramiefenics as rf
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
+from ramiefenics.runs import Done
+from ramiefenics.runs.curve import CurveTask
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -148,6 +150,25 @@ def test_two_causes_are_both_named(tmp_path: Path) -> None:
     machine = found.extended_test().machine
     assert machine.seating_gap_mm == pytest.approx(found.amplitudes[GAP.name])
     assert machine.compliance_mm_per_N == pytest.approx(found.amplitudes[COMPLIANCE.name])
+
+
+class Jumping(Formula):
+    """Stalks on any span but those of the tests jump."""
+
+    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+        jump = rf.SpecificationError("displacement_mm", 7.0, "must be reached without a jump")
+        return [
+            Done(None, jump) if task.smooth and task.test.fixture.span_mm < 98.0 else done
+            for task, done in zip(tasks, super().map(tasks), strict=True)
+        ]
+
+
+def test_what_makes_stalks_jump_is_refused_with_the_reason(tmp_path: Path) -> None:
+    make_dataset(tmp_path, Secret(SPAN, -8.0), 28, Formula())
+    change_layout(tmp_path, "fit_sd = .*", "fit_sd = 0.02")
+    found = rf.discover(tmp_path, {SPAN.name: SPAN, GAP.name: GAP}, runs=Jumping())
+    assert SPAN.name not in found.causes
+    assert "without a jump" in found.reasons[SPAN.name]
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
-from ramiefenics import BendingTest, override, simulate
+from ramiefenics import BendingTest, SpecificationError, override, sensitivities, simulate
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.equations import Equations, FormTerm
 from ramiefenics.model.observables import Observer
@@ -172,6 +172,14 @@ def test_published_law_gets_beyond_its_first_collapse(screening: BendingTest) ->
     assert result.completed, result.ending
     curve = result.curve
     assert np.abs(curve["force_N"] - curve["support_force_N"]).max() < 1e-3 * result.max_force_N
+
+
+@pytest.mark.slow
+def test_derivatives_may_refuse_a_jump(screening: BendingTest) -> None:
+    """Asked for on a path without jumps, they end with the displacement of the first."""
+    changes = ["law=svk", "numerics.mesh=ladder_q1_1", "protocol.travel_mm=3"]
+    with pytest.raises(SpecificationError, match=r"displacement_mm = .*jump"):
+        sensitivities(override(screening, changes), {}, MPI.COMM_SELF, jumps=False)
 
 
 @pytest.mark.slow

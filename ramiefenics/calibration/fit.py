@@ -141,6 +141,20 @@ class Fit:
             "optimum_set": Table(self.optimum_set()),
         }
 
+    def calibrated(self) -> pd.DataFrame:
+        """Return the optimum with its intervals; ends that are not the data's in brackets."""
+        table = self.identifiability()
+        shown = table[["parameter", "title"]].assign(calibrated=table["optimum"])
+        for side, end in enumerate(("low", "high")):
+            ends = []
+            for number, found in enumerate(self.profiles):
+                coded = (found.low, found.high)[side]
+                whole = coded is None or found.by_others[side]
+                value = self._natural(number, found.at[(0, -1)[side]] if coded is None else coded)
+                ends.append(f"({value:.4g})" if whole else f"{value:.4g}")
+            shown[f"95 % {end}"] = ends
+        return shown.assign(verdict=table["verdict"])
+
     def identifiability(self) -> pd.DataFrame:
         """Return one row per parameter: interval, verdict, and what the posterior says."""
         low, median, high = self.space.natural(self.posterior.quantiles(0.025, 0.5, 0.975))

@@ -47,6 +47,8 @@ class Calibration(Result):
         None if there are no goals.
     """
 
+    OVERVIEW_FIRST = True
+
     study: Study
     baseline: BendingTest
     space: Space
@@ -87,16 +89,18 @@ class Calibration(Result):
             f"and {end:.4g}.",
             f"Terms of the {self.study.polynomial} model: {RULES[self.study.selection]}.",
         ]
+        if self.fit is not None:
+            told.append(
+                "Ends of intervals in brackets are where the ranges of the factors end; the data "
+                "would allow more."
+            )
         for name, surface in self.surfaces.items():
             told += [f"{response(name).label}: {text}" for text in surface.notes()]
         return told
 
     def overview(self) -> pd.DataFrame | None:
-        """Return what the data fix."""
-        if self.fit is None:
-            return None
-        shown = ["parameter", "baseline", "optimum", "low", "high", "verdict"]
-        return self.fit.identifiability()[shown]
+        """Return the calibrated values with their intervals."""
+        return None if self.fit is None else self.fit.calibrated()
 
     def numbers(self) -> dict[str, Any]:
         """Return surfaces, optimum, what the data fix, and what was asked."""

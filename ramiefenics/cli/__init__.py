@@ -6,6 +6,7 @@ import logging
 import signal
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -26,12 +27,13 @@ from ramiefenics.cli.common import (
     load_test,
     on_first_rank,
     tell_ending,
-    with_log,
 )
 from ramiefenics.cli.discovering import discover_command, plan_command
+from ramiefenics.cli.doctor import doctor_command
 from ramiefenics.cli.effects import Amplitudes, EffectFiles, add_effects, effects_command
 from ramiefenics.cli.measured import compare_command, import_command, reduce_command
 from ramiefenics.cli.notes import notes
+from ramiefenics.cli.output import with_options
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
 from ramiefenics.specification import SpecificationError
@@ -41,26 +43,26 @@ log = logging.getLogger(__name__)
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("calibrate")(with_log(on_first_rank(calibrate_command)))
-app.command("compare")(with_log(on_first_rank(compare_command)))
-app.command("converge")(with_log(converge_command))
-app.command("discover")(with_log(on_first_rank(discover_command)))
-app.command("effects")(with_log(on_first_rank(effects_command)))
-app.command("explicit")(with_log(explicit_command))
-app.command("import")(with_log(on_first_rank(import_command)))
-app.command("plan")(with_log(on_first_rank(plan_command)))
-app.command("reconcile")(with_log(on_first_rank(reconcile_command)))
-app.command("reduce")(with_log(on_first_rank(reduce_command)))
-app.command("sweep")(with_log(on_first_rank(sweep_command)))
-app.command("validate")(with_log(on_first_rank(validate_command)))
-app.command("verify")(with_log(on_first_rank(verify_command)))
+app.command("calibrate")(with_options(on_first_rank(calibrate_command)))
+app.command("compare")(with_options(on_first_rank(compare_command)))
+app.command("converge")(with_options(converge_command))
+app.command("discover")(with_options(on_first_rank(discover_command)))
+app.command("doctor")(with_options(on_first_rank(doctor_command), result=False))
+app.command("effects")(with_options(on_first_rank(effects_command), result=False))
+app.command("explicit")(with_options(explicit_command))
+app.command("import")(with_options(on_first_rank(import_command), result=False))
+app.command("plan")(with_options(on_first_rank(plan_command)))
+app.command("reconcile")(with_options(on_first_rank(reconcile_command)))
+app.command("reduce")(with_options(on_first_rank(reduce_command)))
+app.command("sweep")(with_options(on_first_rank(sweep_command)))
+app.command("validate")(with_options(on_first_rank(validate_command)))
+app.command("verify")(with_options(on_first_rank(verify_command)))
 
 
 @app.command()
-@with_log
+@with_options
 def bend(
     spec: Spec = "table3",
     out: Annotated[
@@ -85,7 +87,7 @@ def bend(
 
 
 @app.command()
-@with_log
+@partial(with_options, result=False)
 def mesh(
     out: Annotated[Path, typer.Argument(help="Gmsh file to write, for instance stalk.msh.")],
     spec: Spec = "table3",
@@ -102,7 +104,7 @@ def mesh(
 
 
 @app.command()
-@with_log
+@partial(with_options, result=False)
 def specification(
     spec: Spec = "table3",
     mesh: MeshName = None,
@@ -114,7 +116,7 @@ def specification(
 
 
 @app.command()
-@with_log
+@partial(with_options, result=False)
 def new(
     out: Annotated[Path, typer.Argument(help="File to write, for instance my_test.toml.")],
     spec: Spec = "table3",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -88,19 +89,30 @@ def explicit_command(
 
 def verify_command(
     studies: Annotated[
-        list[str] | None, typer.Argument(help="Which; all by default, see docs/verification.md.")
+        list[str] | None,
+        typer.Argument(
+            help="Which; all by default, see docs/verification.md. The word list names them."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
 ) -> None:
     """Check the solver against exact solutions, theories and other codes."""
+    from ramiefenics.verification import STUDIES, Study, Verification
+
+    if studies == ["list"]:
+        for name, study in STUDIES.items():
+            typer.echo(f"{name:<16}{(inspect.getdoc(study) or '').partition(chr(10))[0]}")
+        return
     folder = claim(out, MPI.COMM_SELF)
-    from rich.progress import track
-
-    from ramiefenics.verification import STUDIES, Verification
-
-    for name in studies or []:
+    studies = studies or list(STUDIES)
+    for name in studies:
         if name not in STUDIES:
-            raise SpecificationError("studies", name, f"must be one of {', '.join(STUDIES)}")
+            raise SpecificationError("studies", name, f"must be list or of {', '.join(STUDIES)}")
     warnings.simplefilter("ignore", SpecificationWarning)
-    done = {name: STUDIES[name]() for name in track(studies or list(STUDIES), "verifying")}
+    done: dict[str, Study] = {}
+    with progress.checking(len(studies)) as tell:
+        for name in studies:
+            tell(len(done), name)
+            done[name] = STUDIES[name]()
+        tell(len(done), "")
     finish(Verification(done), folder)

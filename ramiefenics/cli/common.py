@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import functools
-import inspect
-import logging
 import os
-import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 from mpi4py import MPI
 
-import ramiefenics
-from ramiefenics.diagnostics import show_log
+from ramiefenics.cli.output import output
 from ramiefenics.model.laws import LAWS, check_law
 from ramiefenics.published.stalks import PUBLISHED, published_test
 from ramiefenics.results.claim import claimed
@@ -34,11 +30,6 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 
-log = logging.getLogger(__name__)
-
-LEVELS = (logging.NOTSET, logging.INFO, logging.DEBUG)
-"""Of what is shown, by how many times -v is given."""
-
 Spec = Annotated[
     str,
     typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
@@ -47,22 +38,17 @@ LawName = Annotated[
     str | None,
     typer.Option("--law", help=f"Material law: {', '.join(LAWS)}, or a Python file with one."),
 ]
-MeshName = Annotated[str | None, typer.Option("--mesh", help="Mesh recipe, see `meshes/`.")]
+MeshName = Annotated[
+    str | None,
+    typer.Option("--mesh", help="Mesh recipe: screening, standard, fine, or another of `meshes/`."),
+]
+Jobs = Annotated[
+    int | None,
+    typer.Option(min=1, help="Simulations at a time; as many as there are cores by default."),
+]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
-]
-
-Verbosity = Annotated[
-    int,
-    typer.Option(
-        "--verbose",
-        "-v",
-        count=True,
-        show_default=False,
-        metavar="",
-        help="Tell the steps on standard error; -vv: residuals, and where a refusal comes from.",
-    ),
 ]
 
 
@@ -164,7 +150,7 @@ def finish(found: Result, folder: Path) -> None:
         from ramiefenics.results.folder import write_folder
 
         write_folder(found, folder)
-        typer.echo(f"{found}\nresults in {folder}")
+        output.tell(found, folder)
     if not found.completed:
         raise typer.Exit(1)
 
@@ -173,23 +159,3 @@ def tell_ending(ending: Ending) -> None:
     """Say on standard error why a simulation did not reach the whole travel, if it did not."""
     if ending.kind != "completed" and MPI.COMM_WORLD.rank == 0:
         typer.echo(f"ramiefenics: not completed: {ending.reason}", err=True)
-
-
-def with_log(command: Callable[P, None]) -> Callable[..., None]:
-    """Give a command the option -v, which shows on standard error what the package logs."""
-
-    @functools.wraps(command)
-    def logged(*args: Any, verbose: int, **kwargs: Any) -> None:
-        if MPI.COMM_WORLD.rank == 0:
-            show_log(LEVELS[min(verbose, len(LEVELS) - 1)])
-        log.info("ramiefenics %s: %s", ramiefenics.__version__, " ".join(sys.argv[1:]))
-        command(*args, **kwargs)
-
-    signature = inspect.signature(command, eval_str=True)
-    option = inspect.Parameter(
-        "verbose", inspect.Parameter.KEYWORD_ONLY, default=0, annotation=Verbosity
-    )
-    parameters = [*signature.parameters.values(), option]
-    logged.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    logged.__annotations__ = {p.name: p.annotation for p in parameters}
-    return logged

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from ramiefenics.cli import progress
 from ramiefenics.cli.common import (
     Assignments,
+    Jobs,
     LawName,
     MeshName,
     claim,
@@ -32,6 +33,7 @@ def discover_command(
     suspect: SuspectNames = None,
     effects: EffectFiles = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
+    jobs: Jobs = None,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
@@ -41,7 +43,7 @@ def discover_command(
     from ramiefenics.discovery import discover
     from ramiefenics.runs import Runs, workers
 
-    with resumable(), workers() as pool, progress.counting() as (stage, count):
+    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
         runs = Runs(executor=pool, on_done=count)
         found = discover(dataset, tried, mesh, runs, seed, stage)
     finish(found, folder)
@@ -76,6 +78,7 @@ def plan_command(
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
+    jobs: Jobs = None,
 ) -> None:
     """Tell what tests could show before they are made, and which second test tells most."""
     folder = claim(out or Path("results") / f"{Path(spec).resolve().stem}-plan", MPI.COMM_SELF)
@@ -88,7 +91,7 @@ def plan_command(
     given = {"stalks": stalks, "fit_sd": fit_sd, "noise": noise}
     design = Design(**(known | {name: v for name, v in given.items() if v is not None}))
     others = None if also is None else [settings.split(",") for settings in also]
-    with resumable(), workers() as pool, progress.counting() as (stage, count):
+    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
         stage("simulating one stalk", (len(tried) + 1) * (1 + len(others or SHARES)))
         found = plan(test, others, design, tried, Runs(executor=pool, on_done=count))
     finish(found, folder)

@@ -9,7 +9,7 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.common import MeshName, claim, finish, resumable
+from ramiefenics.cli.common import Jobs, MeshName, claim, finish, resumable
 from ramiefenics.specification import SpecificationError
 
 
@@ -104,6 +104,7 @@ def compare_command(
         Path | None, typer.Option(help="Folder of the results; results/NAME-compared by default.")
     ] = None,
     mesh: MeshName = None,
+    jobs: Jobs = None,
 ) -> None:
     """Draw measured curves beside simulated ones, and tell how far they are apart."""
     folder = claim(
@@ -111,7 +112,7 @@ def compare_command(
     )
     from ramiefenics.comparison import compare
     from ramiefenics.measured import read_dataset
-    from ramiefenics.runs import Runs
+    from ramiefenics.runs import Runs, workers
     from ramiefenics.solve.reading import read_folder
 
     asked = read_dataset(dataset)
@@ -122,7 +123,7 @@ def compare_command(
     if given:
         finish(compare(asked, given), folder)
         return
-    with resumable(), progress.counting() as (stage, count):
+    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
         stage("bending", len(asked.records))
-        found = compare(asked, None, mesh, Runs(on_done=count))
+        found = compare(asked, None, mesh, Runs(executor=pool, on_done=count))
     finish(found, folder)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 from mpi4py import MPI
 
+from ramiefenics.cli.output import output
 from ramiefenics.specification import SpecificationWarning
 
 RESTARTED = "A worker was restarted"
@@ -36,7 +37,7 @@ class Notes:
         self._waiting.clear()
 
     def _tell(self, message: str) -> None:
-        if MPI.COMM_WORLD.rank == 0 and message not in self._told:
+        if MPI.COMM_WORLD.rank == 0 and message not in self._told and not output.quiet:
             typer.echo(f"note: {message}", err=True)
         self._told.add(message)
 

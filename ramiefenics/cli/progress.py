@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from mpi4py import MPI
+from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from ramiefenics.cli.notes import notes
+from ramiefenics.cli.output import output
 from ramiefenics.specification import BendingTest
 
 if TYPE_CHECKING:
@@ -17,10 +20,13 @@ if TYPE_CHECKING:
     from ramiefenics.solve.explicit_result import Point
     from ramiefenics.solve.quasistatic import Step
 
+log = logging.getLogger(__name__)
+
 
 def _bar(text: str) -> Progress:
-    """Return a bar with a text, time elapsed and time left, on the first rank only."""
+    """Return a bar with a text, time elapsed and time left, on the first rank's terminal only."""
     notes.simulating()  # what a specification leaves open matters from here on
+    console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -28,7 +34,8 @@ def _bar(text: str) -> Progress:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        disable=MPI.COMM_WORLD.rank != 0,
+        console=console,
+        disable=output.quiet or MPI.COMM_WORLD.rank != 0 or not console.is_terminal,
         speed_estimate_period=120.0,  # s: a step on a fine mesh takes several
     )
 
@@ -72,10 +79,18 @@ def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], Non
         task = progress.add_task("reading", total=None, of="")
 
         def stage(name: str, expected: int) -> None:
+            log.info("%s: about %d simulations", name, expected)
             total = progress.tasks[task].completed + expected
             progress.update(task, description=name, total=total, of=f" of about {total:g}")
 
         yield stage, lambda number: progress.update(task, advance=number)
+
+
+@contextmanager
+def checking(number: int) -> Iterator[Callable[[int, str], None]]:
+    """Show studies done, the one that is being done, and time left."""
+    with _doing("verifying", number) as tell:
+        yield tell
 
 
 @contextmanager

@@ -237,7 +237,7 @@ class Anatomist:
             wanted = dataclasses.replace(model, log_factors=model.log_factors + share * step)
             try:
                 tests = [place.apply(test, there) for test in self._tests]
-                return self._predictor.rephrased(tests).linearise(wanted, effects), there
+                return self._predictor.rephrased(tests).linearise(wanted, effects, True), there
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,7 +49,7 @@ class Causes:
     names
         Of the suspects.
     sets
-        All of them, the empty one first.
+        All that are possible, the empty one first.
     log_evidence
         Of each, at the standard deviations at which it is largest, shape (s,).
     scatter
@@ -118,7 +118,7 @@ class Causes:
         return groups
 
 
-def find_causes(evidence: Evidence, start: Sequence[Scatter] = ()) -> Causes:
+def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()) -> Causes:
     """Compare all sets of effects.
 
     Standard deviations are searched for without effects, and for the best set until that stays the
@@ -129,12 +129,13 @@ def find_causes(evidence: Evidence, start: Sequence[Scatter] = ()) -> Causes:
     ----------
     evidence
         The curves.
-    start
-        Standard deviations to try besides.
+    impossible
+        Sets that are left out.
     """
-    sets = all_sets(len(evidence.names))
+    out = {tuple(sorted(map(evidence.names.index, names))) for names in impossible}
+    sets = tuple(chosen for chosen in all_sets(len(evidence.names)) if chosen not in out)
     nothing = fit_scatter(evidence)
-    tried = [nothing, *start]
+    tried = [nothing]
     values = np.array([_log_evidence(evidence, scatter, sets) for scatter in tried])
     best: tuple[str, ...] = ()
     for _ in range(ROUNDS):

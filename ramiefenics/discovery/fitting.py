@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import logging
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import SpecificationError
+
+log = logging.getLogger(__name__)
 
 ROUNDS = 5
 """Most linearisations of a fit."""
@@ -81,17 +84,26 @@ class Fitter:
 
     def __init__(self, dataset: Dataset, observed: Observed, predictor: Predictor) -> None:
         self._dataset, self._observed, self._predictor = dataset, observed, predictor
+        self._smooth = True  # no stalk jumps
 
     def baseline(self) -> Fitted:
         """Fit the factors of every specimen."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
         here = np.zeros((self._observed.blocks.number, len(used)))
-        curves = self._predictor.linearise(Model(used, here), {})
+        try:
+            curves = self._predictor.linearise(Model(used, here), {}, smooth=True)
+        except SpecificationError:
+            self._smooth = False
+            curves = self._predictor.linearise(Model(used, here), {})
         for number in range(ROUNDS):
             fitted = Fitted(curves, self._fit(curves))
             if fitted.steady or number == ROUNDS - 1:
                 break
-            curves = self._move(curves.model, fitted.fit, {}, {})
+            try:
+                curves = self._move(curves.model, fitted.fit, {}, {})
+            except SpecificationError as error:
+                log.info("the baseline cannot be fitted any better: %s", error)
+                break
         return fitted
 
     def _fit(self, curves: Linearised) -> Fit:
@@ -100,13 +112,14 @@ class Fitter:
 
     def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
         """Find what every effect changes at its typical amplitude."""
-        return self._predictor.linearise(baseline.curves.model, effects)
+        return self._predictor.linearise(baseline.curves.model, effects, self._smooth)
 
     def compare(
         self,
         curves: Linearised,
         effects: Mapping[str, Effect],
         start: tuple[str, ...] = (),
+        impossible: Collection[tuple[str, ...]] = (),
     ) -> tuple[Evidence, Causes]:
         """Compare all sets of effects, without specimens that are broken if the best is right.
 
@@ -116,13 +129,15 @@ class Fitter:
             With signatures of these.
         start
             A set that is probable.
+        impossible
+            Sets that are not compared.
         """
         evidence = find_broken(self.evidence(curves, effects), start)
-        causes = find_causes(evidence)
+        causes = find_causes(evidence, impossible)
         again = find_broken(evidence, causes.best)
         if again.broken == evidence.broken:
             return evidence, causes
-        return again, find_causes(again)
+        return again, find_causes(again, impossible)
 
     def joint(
         self,
@@ -130,24 +145,32 @@ class Fitter:
         causes: Causes,
         evidence: Evidence,
         effects: Mapping[str, Effect],
-    ) -> tuple[Fitted, Causes]:
+    ) -> tuple[Fitted, Causes, dict[tuple[str, ...], str]]:
         """Fit the most probable set in the finite-element model, and compare all sets there.
 
-        The signatures of the contenders are found anew; those of others stay.
+        The signatures of the contenders are found anew; those of others stay. Sets that cannot be
+        simulated near where they fit are told with the reason, and are not compared any more.
         """
-        curves = screened
-        for _ in range(ROUNDS):
+        curves, rounds = screened, 0
+        refused: dict[tuple[str, ...], str] = {}
+        while rounds < ROUNDS:
             fit = Fit(evidence, causes.best, causes.scatter)
             fitted = Fitted(curves, fit)
             if fitted.steady:
                 break
-            near = _contenders(causes)
+            near = {name: effects[name] for name in _contenders(causes)}
             added = {name: (effects[name], fit.amplitudes[name]) for name in causes.best}
-            curves = self._move(curves.model, fit, added, {name: effects[name] for name in near})
+            try:
+                curves = self._move(curves.model, fit, added, near)
+            except SpecificationError as error:
+                refused[causes.best] = str(error)
+                causes = find_causes(evidence, refused)
+                continue
+            rounds += 1
             by_effects = {**screened.by_effects, **curves.by_effects}
             curves = dataclasses.replace(curves, by_effects=by_effects)
-            evidence, causes = self.compare(curves, effects, causes.best)
-        return Fitted(curves, Fit(evidence, causes.best, causes.scatter)), causes
+            evidence, causes = self.compare(curves, effects, causes.best, refused)
+        return Fitted(curves, Fit(evidence, causes.best, causes.scatter)), causes, refused
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
         """Return a fit in which certain specimens are taken for broken."""
@@ -175,7 +198,7 @@ class Fitter:
         added: Mapping[str, tuple[Effect, float]],
         suspects: Mapping[str, Effect],
     ) -> Linearised:
-        """Go to fitted parameters, or as far as simulations reach the end."""
+        """Go to fitted parameters, or as far as simulations reach the end without a new jump."""
         here = model.log_factors
         step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
         share = 1.0
@@ -185,8 +208,10 @@ class Fitter:
                 start = model.amplitude(name)
                 effects[name] = (effect, start + share * (amplitude - start))
             wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
+            amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
+            log.info("moving by %.3g of the way, to effects %s", share, amounts)
             try:
-                return self._predictor.linearise(wanted, suspects)
+                return self._predictor.linearise(wanted, suspects, self._smooth)
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:

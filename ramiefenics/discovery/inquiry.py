@@ -117,7 +117,9 @@ class _Inquiry:
         extended = None
         if p_value < SIGNIFICANCE and causes.best:
             self._stage(f"fitting {' and '.join(causes.best)}", 3 * number)
-            extended, causes = self._fitter.joint(curves, causes, evidence, seen)
+            extended, causes, refused = self._fitter.joint(curves, causes, evidence, seen)
+            for names, reason in refused.items():
+                self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
             if self._runs.error > 0.0:
                 self._stage("confirming", 2 * number)
                 baseline = self._fitter.confirmed(baseline, {}, self._runs.runs)

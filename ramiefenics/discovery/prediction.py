@@ -60,24 +60,33 @@ class Predictor:
         other._mesh_changes = self._mesh_changes
         return other
 
-    def linearise(self, model: Model, suspects: Mapping[str, Effect]) -> Linearised:
+    def linearise(
+        self, model: Model, suspects: Mapping[str, Effect], smooth: bool = False
+    ) -> Linearised:
         """Simulate every curve with derivatives by the log factors, and by amplitudes.
 
         The latter are differences. For an error of the machine, that needs no other simulation.
+
+        Parameters
+        ----------
+        model, suspects
+            Where, and effects whose signatures are wanted.
+        smooth
+            Whether to refuse a stalk that jumps.
 
         Raises
         ------
         SpecificationError
             If an effect of the model has no meaning for a specimen, or a simulation of the model
-            does not reach the end.
+            does not reach the end, or jumps and must not.
         """
         tests = self.tests(model)
-        raw = simulated(self.runs, [self.task(test, model.factors) for test in tests])
+        raw = simulated(self.runs, [self.task(test, model.factors, smooth) for test in tests])
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_factors, by_mesh = self._slopes(model, tests, curves, force)
         by_cells = force - self.read(tests, raw)
-        by_effects, refused = signatures(self, model, raw, suspects)
+        by_effects, refused = signatures(self, model, raw, suspects, smooth)
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
 
     def confirm(self, curves: Linearised, runs: Mapper) -> Linearised:
@@ -93,13 +102,15 @@ class Predictor:
         each = model.log_factors[self._specimen]
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
 
-    def task(self, test: BendingTest, factors: tuple[Change, ...] = ()) -> CurveTask:
+    def task(
+        self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
+    ) -> CurveTask:
         """Return the task of a curve as far as the data go, with derivatives."""
         travel = float(self._at.max())  # the same for all, so that they learn from one another
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )
-        return CurveTask(dataclasses.replace(test, protocol=protocol), factors)
+        return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth)
 
     def _slopes(
         self,

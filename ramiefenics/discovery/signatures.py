@@ -74,6 +74,7 @@ def signatures(
     model: Model,
     raw: Sequence[pd.DataFrame],
     suspects: Mapping[str, Effect],
+    smooth: bool,
 ) -> tuple[dict[str, Array], dict[str, str]]:
     """Return derivatives by amplitudes, N per unit, shape (r, m), and why there is none.
 
@@ -89,6 +90,8 @@ def signatures(
         All curves of the model as simulated.
     suspects
         Effects, of the model or not.
+    smooth
+        Whether to refuse a stalk that jumps where derivatives are asked for.
     """
     tests = predictor.tests(model)
     moved, steps, refused = _moved(predictor, model, suspects)
@@ -97,7 +100,7 @@ def signatures(
         name: Standing.of(places, [Place.of(test) for test in some]) for name, some in moved.items()
     }
     along = _along(model, tests, {name: suspects[name] for name in moved})
-    answers = _answers(predictor, tests, moved, standing, along)
+    answers = _answers(predictor, tests, moved, standing, along, smooth)
     curves = predictor.extrapolated(raw, model)
     force = predictor.read(tests, curves)
     found = {}
@@ -133,12 +136,13 @@ def _answers(
     moved: Mapping[str, Sequence[BendingTest]],
     standing: Mapping[str, Standing],
     along: Mapping[str, Sequence[Along]],
+    smooth: bool,
 ) -> dict[tuple[str, int], Done[pd.DataFrame]]:
     """Return curves by effect and number; those with derivatives by many effects have no name."""
     tasks = {}
     for i in sorted({i for name in along for i in standing[name].chosen}):
         directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
-        tasks["", i] = predictor.task(tests[i], tuple(directions))
+        tasks["", i] = predictor.task(tests[i], tuple(directions), smooth)
     for name, some in moved.items():
         if name not in along:
             tasks |= {(name, i): predictor.task(some[i]) for i in standing[name].chosen}

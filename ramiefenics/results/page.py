@@ -3,23 +3,48 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from ramiefenics.results.manifest import versions
 from ramiefenics.results.result import Result
 from ramiefenics.results.text import cells
 
+NUMBER = re.compile(r"\(?[<>]? ?[-+]?[\d.]*(e[-+]?\d+)?( ?%)?\)?")
+"""A cell that goes to the right: a number, or nothing."""
 
-def grid(data: pd.DataFrame) -> Markup:
-    """Return a table."""
-    named = cells(data).rename(columns=lambda name: str(name).replace("_", " "))
-    with pd.option_context("display.max_colwidth", None):  # long texts as they are
-        return Markup(named.to_html(index=False, border=0))
+
+def grid(data: pd.DataFrame, name: str = "overview") -> Markup:
+    """Return a table, numbers to the right.
+
+    Parameters
+    ----------
+    data
+        Its content.
+    name
+        Of the file that it can be saved to.
+    """
+    text = cells(data)
+    kinds = [' class="number"' * all(map(NUMBER.fullmatch, text[column])) for column in text]
+    head = _row("th", [str(column).replace("_", " ") for column in text], kinds)
+    body = [_row("td", row, kinds) for row in text.itertuples(index=False)]
+    start = f'<div class="grid"><table data-name="{escape(name)}"><thead>{head}</thead><tbody>'
+    return Markup("\n".join([start, *body, "</tbody></table></div>"]))
+
+
+def _row(tag: str, texts: Iterable[str], kinds: Iterable[str]) -> str:
+    each = zip(texts, kinds, strict=True)
+    return f"<tr>{''.join(f'<{tag}{kind}>{escape(text)}</{tag}>' for text, kind in each)}</tr>"
+
+
+def title_of(name: str) -> str:
+    """Return the name of a table as a title."""
+    return name.capitalize().replace("_", " ")
 
 
 TEMPLATES = Environment(
@@ -28,7 +53,7 @@ TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-TEMPLATES.filters["grid"] = grid
+TEMPLATES.filters |= {"grid": grid, "title_of": title_of}
 
 
 def brief(found: Result) -> str:
@@ -50,5 +75,6 @@ def page(found: Result, pictures: Mapping[str, bytes]) -> str:
         (base64.b64encode(pictures[name]).decode(), picture.caption)
         for name, picture in found.figures().items()
     ]
+    tables = {name: table for name, table in found.tables().items() if table.caption}
     template = TEMPLATES.get_template("page.html")
-    return template.render(found=found, figures=figures, versions=versions())
+    return template.render(found=found, figures=figures, tables=tables, versions=versions())

@@ -76,6 +76,9 @@ class Result(ABC):
     SUMMARY: ClassVar[str] = "summary.json"
     """File of the summary."""
 
+    OVERVIEW_FIRST: ClassVar[bool] = False
+    """Whether the overview is what is asked for, which findings comment on."""
+
     PLACE: ClassVar[str] = "."
     """Where in the folder of the results all that has the same name in every folder goes."""
 
@@ -134,8 +137,11 @@ class Result(ABC):
         """Return title, findings, overview and notes, as text."""
         overview = self.overview()
         table = [] if overview is None else [cells(overview).to_string(index=False)]
+        first, then = self.findings(), table
+        if self.OVERVIEW_FIRST:
+            first, then = then, first
         notes = (f"note: {text}" for text in self.notes())
-        return "\n".join([self.title, *self.findings(), *table, *notes])
+        return "\n".join([self.title, *first, *then, *notes])
 
     def _repr_html_(self) -> str:
         """Return the same as HTML, for notebooks."""

@@ -52,18 +52,23 @@ class CurveTask:
         What to simulate. Its machine does not matter.
     factors
         By which to differentiate the curve.
+    smooth
+        Whether to refuse a stalk that jumps, whose derivatives cost many simulations.
     """
 
     test: BendingTest
     factors: tuple[Change, ...] = ()
+    smooth: bool = False
 
     def keys(self) -> tuple[str, ...]:
         """Return names for what comes out: with the derivatives, and without."""
         test = to_dict(normalised(self.test)[0]) | {"law": law_content(self.test.law)}
         names = []
-        for some in {self.factors: None, (): None}:
+        own = (self.factors, self.smooth and bool(self.factors))
+        # what is smooth serves those as well who would take jumps
+        for some, smooth in dict.fromkeys([own, (self.factors, False), ((), False)]):
             files = {inspect.getfile(type(factor)): None for factor in some}
-            names.append(key_of([test, [to_dict(f) for f in some]], __file__, *files))
+            names.append(key_of([test, [to_dict(f) for f in some], smooth], __file__, *files))
         return tuple(names)
 
     def compute(self) -> str:
@@ -77,7 +82,8 @@ class CurveTask:
             test, _ = normalised(self.test)
             if self.factors:
                 parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in self.factors}
-                curve = sensitivities(test, parameters, MPI.COMM_SELF).curve
+                jumps = not self.smooth
+                curve = sensitivities(test, parameters, MPI.COMM_SELF, jumps).curve
             else:
                 result = simulate(test, MPI.COMM_SELF)
                 if result.ending.kind == "interrupted":

@@ -164,8 +164,8 @@ def compute(task: Task[object], folder: Path | None = None) -> str:
 
 
 @contextmanager
-def workers(executor: Executor | None = None) -> Iterator[Executor]:
-    """Lend an executor: the given one, or as many local processes as there are cores.
+def workers(executor: Executor | None = None, number: int | None = None) -> Iterator[Executor]:
+    """Lend an executor: the given one, or so many local processes, by default as there are cores.
 
     The local ones start when there is work, and end with the block, at once where it fails. They
     write to standard error what this process is set to log by `LOG`'s own level.
@@ -174,7 +174,9 @@ def workers(executor: Executor | None = None) -> Iterator[Executor]:
         yield executor
         return
     pool = ProcessPoolExecutor(
-        max_workers=len(os.sched_getaffinity(0)), initializer=show_log, initargs=(LOG.level,)
+        max_workers=number or len(os.sched_getaffinity(0)),
+        initializer=show_log,
+        initargs=(LOG.level,),
     )
     try:
         yield pool

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import weakref
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,18 @@ void end(void *);
 """
 
 
+def library() -> ModuleType:
+    """Return MUMPS in single precision, as a module of cffi.
+
+    Raises
+    ------
+    VerificationError
+        If there is none, or no compiler.
+    """
+    source = Path(__file__).with_name("factors.c").read_text(encoding="utf-8")
+    return compiled(source, FUNCTIONS, ("smumps",))
+
+
 class SingleFactors:
     """PETSc's preconditioner by MUMPS in single precision, which PETSc does not offer.
 
@@ -40,8 +53,7 @@ class SingleFactors:
     """
 
     def __init__(self, matrix: Matrix) -> None:
-        source = Path(__file__).with_name("factors.c").read_text(encoding="utf-8")
-        module = compiled(source, FUNCTIONS, ("smumps",))
+        module = library()
         self._lib, self._ffi = module.lib, module.ffi
         self._values = matrix.values
         lengths = np.diff(matrix.starts)

@@ -72,6 +72,8 @@ class Step(Generic[T]):
         Whether the protocol wants full fields here, or nothing follows.
     jump
         The jump in this step, if any.
+    relaxed
+        Whether the equilibrium was found by motion, not by Newton's method along the path.
     """
 
     travel_mm: float
@@ -80,6 +82,7 @@ class Step(Generic[T]):
     iterations: int
     save: bool
     jump: Jump | None = None
+    relaxed: bool = False
 
 
 @dataclass(frozen=True)
@@ -238,7 +241,7 @@ class QuasiStatic(Generic[T]):
         self.ending = self._ending(target, measured)
         save = save or self.ending is not None
         time_s = self._segment.start_s + self._segment.duration_s(target)
-        return Step(travel, time_s, measured, outcome.iterations, save, jump)
+        return Step(travel, time_s, measured, outcome.iterations, save, jump, not smooth)
 
     def _change(self, length: float) -> float:
         """Return by what travel, mm, or in a hold by what time, s, a step changes."""

@@ -36,6 +36,9 @@ that is left of it, its change by a typical amount over the force."""
 MAX_CORRECTIONS = 12
 """Where to give up: the force is not smooth in this parameter."""
 
+ENOUGH = 0.5
+"""Share of the parameters in which a force that does not jump is smooth."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -72,7 +75,10 @@ class Sensitivities:
 
 
 def sensitivities(
-    test: BendingTest, parameters: Mapping[str, Parameter], comm: MPI.Comm | None = None
+    test: BendingTest,
+    parameters: Mapping[str, Parameter],
+    comm: MPI.Comm | None = None,
+    jumps: bool = True,
 ) -> Sensitivities:
     """Simulate, and differentiate the force curve by parameters.
 
@@ -88,11 +94,14 @@ def sensitivities(
         By name.
     comm
         MPI communicator, all of whose ranks call; the world by default.
+    jumps
+        Whether a stalk may jump, come to rest by motion, or have a force that is not smooth in
+        most parameters: differences take two simulations for each.
 
     Raises
     ------
     SpecificationError
-        If the path has more than a loading.
+        If the path has more than a loading, or jumps and must not.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     test.protocol.check_loading_only("sensitivities")
@@ -101,11 +110,14 @@ def sensitivities(
     stepper = QuasiStatic(problem, Observer(problem).observe, test.protocol, test.numerics.stepping)
     twins = {name: _Twin.make(problem, parameter) for name, parameter in parameters.items()}
     smooth = {name: twin for name, twin in twins.items() if twin is not None}
+    differentiable = len(smooth)
     residual = problem.displacement.x.petsc_vec.duplicate()
     rows: list[dict[str, float]] = []
     before = 0.0
     for step in stepper.steps():
         row = {"displacement_mm": step.travel_mm, "force_N": step.observables.force_N}
+        if step.relaxed and not jumps:
+            raise _not_smooth(step.travel_mm)
         if step.jump is not None:
             smooth.clear()
         if smooth and step.travel_mm > 0.0:
@@ -122,6 +134,8 @@ def sensitivities(
                 del smooth[name]
             else:
                 row[name] = slope
+        if not jumps and len(smooth) < ENOUGH * differentiable:
+            raise _not_smooth(step.travel_mm)
         before = step.travel_mm
         rows.append(row)
     curve = pd.DataFrame(rows)
@@ -129,6 +143,11 @@ def sensitivities(
     for name in others:
         curve[name] = _differences(test, parameters[name], curve["displacement_mm"], comm)
     return Sensitivities(curve[["displacement_mm", "force_N", *parameters]], others)
+
+
+def _not_smooth(travel_mm: float) -> SpecificationError:
+    allowed = "must be reached without a jump, where derivatives are asked for"
+    return SpecificationError("displacement_mm", travel_mm, allowed)
 
 
 class _Twin:

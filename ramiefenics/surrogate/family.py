@@ -41,6 +41,8 @@ class Run:
         Forces there, shape (p,), and their derivatives, shape (q, p).
     error
         Why it failed, if it did; then there are no forces.
+    smooth
+        Whether jumps were refused: then it may have failed by one.
     """
 
     at: Array
@@ -49,6 +51,7 @@ class Run:
     force_N: Array
     by_direction_N: Array
     error: Exception | None = None
+    smooth: bool = False
 
     def weights(self, changes: Array) -> Array | None:
         """Return changes, shape (k, d), as combinations of `along`; None where that cannot be."""

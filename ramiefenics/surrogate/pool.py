@@ -106,14 +106,15 @@ class Pool:
         return Direction(name, paths, tuple(float(weight) for weight in row[used]))
 
     def _simulate(self, chosen: Sequence[Question], directions: tuple[Direction, ...]) -> None:
-        tasks = [CurveTask(question.test, directions) for question in chosen]
+        tasks = [CurveTask(q.test, directions, q.task.smooth) for q in chosen]
         along = np.zeros((len(directions), len(self._paths)))
         for row, direction in zip(along, directions, strict=True):
             row[[self._paths.index(path) for path in direction.paths]] = direction.weights
         for question, done in zip(chosen, self._mapper.map(tasks), strict=True):
             if done.error is not None:
                 nothing = np.zeros(0)
-                run = Run(question.at, along, nothing, nothing, nothing, done.error)
+                smooth = question.task.smooth
+                run = Run(question.at, along, nothing, nothing, nothing, done.error, smooth)
             else:
                 x, force, *slopes = done.result().to_numpy().T
                 run = Run(question.at, along, x, force, np.array(slopes).reshape(-1, len(x)))
@@ -121,9 +122,13 @@ class Pool:
 
     def _run_of(self, question: Question) -> Run | None:
         for run in reversed(self.runs):
-            if np.allclose(run.at, question.at, rtol=0.0, atol=1e-10) and (
-                run.error is not None or run.weights(question.changes) is not None
-            ):
+            if not np.allclose(run.at, question.at, rtol=0.0, atol=1e-10):
+                continue
+            if run.error is None:
+                serves = run.weights(question.changes) is not None
+            else:
+                serves = question.task.smooth or not run.smooth
+            if serves:
                 return run
         return None
 

@@ -1,0 +1,126 @@
+"""`ramiefenics doctor`: what is installed here, and what should be mended."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+from mpi4py import MPI
+
+GIGABYTE = 2**30
+
+LEAST_DISK = 2 * GIGABYTE
+"""That kept runs, compiled forms and results of a study take, with room to spare."""
+
+LEAST_MEMORY = 4 * GIGABYTE
+"""Of a few processes on the recipes for use, each of which takes half a gigabyte."""
+
+RENDER = "import pyvista as pv; p = pv.Plotter(off_screen=True); p.add_mesh(pv.Sphere()); p.show()"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about this machine.
+
+    Attributes
+    ----------
+    what, found
+        What it is, and how it is here.
+    advice
+        What should be mended; empty where nothing should.
+    """
+
+    what: str
+    found: str
+    advice: str = ""
+
+
+def doctor_command() -> None:
+    """Tell versions, processors, solvers, caches and disk space, and what should be mended."""
+    wrong = 0
+    for finding in findings():
+        typer.echo(f"{finding.what:<24}{finding.found}")
+        if finding.advice:
+            typer.echo(f"{'':<24}mend: {finding.advice}")
+            wrong += 1
+    typer.echo(f"{wrong} to mend" if wrong else "nothing to mend")
+    if wrong:
+        raise typer.Exit(1)
+
+
+def findings() -> Iterator[Finding]:
+    """Yield all that is known, as it is found."""
+    from ramiefenics.results.manifest import versions
+
+    for name, version in versions().items():
+        yield Finding(name, version)
+    yield Finding("MPI", MPI.Get_library_version().splitlines()[0].strip("\0 "))
+    yield from _machine()
+    yield _compiler()
+    yield _single_precision()
+    yield from _caches()
+    yield _pictures()
+
+
+def _machine() -> Iterator[Finding]:
+    cores = len(os.sched_getaffinity(0))
+    yield Finding("cores", str(cores))
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    advice = "" if memory > LEAST_MEMORY else "run one simulation at a time: --jobs 1"
+    yield Finding("memory", f"{memory / GIGABYTE:.1f} GiB", advice)
+    threads = os.environ.get("OMP_NUM_THREADS")
+    many = cores > 1 and threads != "1"
+    advice = "export OMP_NUM_THREADS=1: processes that run side by side share the cores" * many
+    yield Finding("OMP_NUM_THREADS", threads or "not set", advice)
+
+
+def _compiler() -> Finding:
+    found = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
+    advice = "" if found else "install a C compiler, such as gcc: forms and laws are compiled"
+    return Finding("C compiler", found or "none", advice)
+
+
+def _single_precision() -> Finding:
+    from cffi import VerificationError
+
+    from ramiefenics.solve.factors import library
+
+    try:
+        library()
+    except VerificationError:
+        advice = "install MUMPS with its headers (Debian: libmumps-dev), for runs half as long"
+        return Finding("MUMPS in single", "none, double serves", advice)
+    return Finding("MUMPS in single", "there")
+
+
+def _caches() -> Iterator[Finding]:
+    from ramiefenics.model.jit import CACHE
+    from ramiefenics.runs.store import RUNS
+
+    for name, folder in {"compiled forms": CACHE, "kept runs": RUNS}.items():
+        size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+        there = next(path for path in (folder, *folder.parents) if path.exists())
+        writable = os.access(there, os.W_OK | os.X_OK)
+        advice = "" if writable else "set XDG_CACHE_HOME to a folder that can be written"
+        yield Finding(name, f"{folder}, {size / 2**20:.0f} MiB", advice)
+    for name, folder in {"disk for those": there, "disk here": Path.cwd()}.items():
+        free = shutil.disk_usage(folder).free
+        advice = "" if free > LEAST_DISK else "make room, or set XDG_CACHE_HOME"
+        yield Finding(name, f"{free / GIGABYTE:.1f} GiB free", advice)
+
+
+def _pictures() -> Finding:
+    """Render one, in a process of its own: without a display some installations end it."""
+    try:
+        done = subprocess.run([sys.executable, "-c", RENDER], capture_output=True, timeout=120)
+        works = done.returncode == 0
+    except subprocess.TimeoutExpired:
+        works = False
+    advice = "" if works else "install Mesa's libraries for off-screen rendering, or use xvfb-run"
+    return Finding("pictures in 3D", "drawn" if works else "not drawn", advice)

@@ -1,0 +1,101 @@
+"""How a command tells what it does and has found; options that all commands have."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import json
+import logging
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
+
+import typer
+from mpi4py import MPI
+
+import ramiefenics
+from ramiefenics.diagnostics import show_log
+
+if TYPE_CHECKING:
+    from ramiefenics.results.result import Result
+
+P = ParamSpec("P")
+
+log = logging.getLogger(__name__)
+
+LEVELS = (logging.NOTSET, logging.INFO, logging.DEBUG)
+"""Of what is shown, by how many times -v is given."""
+
+Verbosity = Annotated[
+    int,
+    typer.Option(
+        "--verbose",
+        "-v",
+        count=True,
+        show_default=False,
+        metavar="",
+        help="Tell the steps on standard error; -vv: residuals, and where a refusal comes from.",
+    ),
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Tell errors only: no progress, no notes, no text.")
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the summary as JSON in place of the text.")
+]
+
+
+@dataclass
+class Output:
+    """What is told.
+
+    Attributes
+    ----------
+    quiet
+        Errors only.
+    json
+        Results as JSON.
+    """
+
+    quiet: bool = False
+    json: bool = False
+
+    def tell(self, found: Result, folder: Path) -> None:
+        """Print a result, and where it is."""
+        if self.json:
+            typer.echo(json.dumps(found.summary(), indent=2))
+        elif not self.quiet:
+            typer.echo(found)
+        if not self.quiet:
+            typer.echo(f"results in {folder}", err=self.json)
+
+
+output = Output()
+"""Of this process's command."""
+
+
+def with_options(command: Callable[P, None], result: bool = True) -> Callable[..., None]:
+    """Give a command the options -v and --quiet, and --json if it has a result."""
+
+    @functools.wraps(command)
+    def told(*args: Any, verbose: int, quiet: bool, **kwargs: Any) -> None:
+        output.quiet, output.json = quiet, kwargs.pop("as_json", False)
+        if MPI.COMM_WORLD.rank == 0:
+            show_log(LEVELS[min(verbose, len(LEVELS) - 1)])
+        log.info("ramiefenics %s: %s", ramiefenics.__version__, " ".join(sys.argv[1:]))
+        command(*args, **kwargs)
+
+    options: dict[str, tuple[object, object]] = {"verbose": (0, Verbosity), "quiet": (False, Quiet)}
+    if result:
+        options["as_json"] = (False, Json)
+    signature = inspect.signature(command, eval_str=True)
+    more = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+        for name, (default, kind) in options.items()
+    ]
+    parameters = [*signature.parameters.values(), *more]
+    told.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    told.__annotations__ = {p.name: p.annotation for p in parameters}
+    return told
