@@ -156,7 +156,7 @@ class Jumping(Formula):
     """Stalks on any span but those of the tests jump."""
 
     def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        jump = rf.SpecificationError("displacement_mm", 7.0, "must be reached without a jump")
+        jump = rf.SpecificationError("displacement_mm", 7.0, "must be passed without a jump")
         return [
             Done(None, jump) if task.smooth and task.test.fixture.span_mm < 98.0 else done
             for task, done in zip(tasks, super().map(tasks), strict=True)

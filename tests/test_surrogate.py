@@ -170,6 +170,20 @@ def test_early_ends_and_failures_are_not_learned() -> None:
         assert (one.result()["displacement_mm"].iloc[-1] < 8.0) == broken
 
 
+def test_of_what_must_be_smooth_the_first_failure_ends_all() -> None:
+    tests, beams = [*stalks(60), ramie(17.0, 7.4, 0.67)], Breaking()
+    tests = [test for test in tests if not 15.5 < test.stalk.outer_diameter_mm < 16.5]
+    used, learned = factors(tests[0]), LearnedCurves(beams)
+    done = learned.map([CurveTask(test, used, smooth=True) for test in tests])
+    assert all(isinstance(one.error, SpecificationError) for one in done)
+    few = beams.asked
+    assert few < 10
+    # those that may jump are simulated all the same
+    kept = learned.map([CurveTask(test, used) for test in tests[:-1]])
+    assert beams.asked > few
+    assert all(one.error is None for one in kept)
+
+
 def test_other_meshes_are_another_family() -> None:
     tests, beams = stalks(30), Beams()
     learned = LearnedCurves(beams)

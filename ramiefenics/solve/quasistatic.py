@@ -72,8 +72,6 @@ class Step(Generic[T]):
         Whether the protocol wants full fields here, or nothing follows.
     jump
         The jump in this step, if any.
-    relaxed
-        Whether the equilibrium was found by motion, not by Newton's method along the path.
     """
 
     travel_mm: float
@@ -82,7 +80,6 @@ class Step(Generic[T]):
     iterations: int
     save: bool
     jump: Jump | None = None
-    relaxed: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,6 +113,8 @@ class QuasiStatic(Generic[T]):
         Measures it after each step.
     protocol, settings
         Along what path, and in what steps.
+    jumps
+        Whether it may move; else it ends there, not converged.
 
     Attributes
     ----------
@@ -128,9 +127,14 @@ class QuasiStatic(Generic[T]):
     """
 
     def __init__(
-        self, problem: Driven, observe: Callable[[], T], protocol: Protocol, settings: Stepping
+        self,
+        problem: Driven,
+        observe: Callable[[], T],
+        protocol: Protocol,
+        settings: Stepping,
+        jumps: bool = True,
     ) -> None:
-        self._problem, self._observe = problem, observe
+        self._problem, self._observe, self._jumps = problem, observe, jumps
         self._protocol, self._settings = protocol, settings
         self.newton = Newton(problem.equations, settings.max_iterations, settings.linear_solver)
         self._motion: DynamicRelaxation | None = None  # most structures never need it
@@ -231,6 +235,9 @@ class QuasiStatic(Generic[T]):
         if not smooth:
             if not shortest:
                 return None
+            if not self._jumps:
+                self.ending = Ending("not converged", f"no equilibrium near {travel:.4f} mm")
+                return None
             outcome = self._relax()
             if not outcome.converged:
                 before = self._segment.travel_mm(at)
@@ -241,7 +248,7 @@ class QuasiStatic(Generic[T]):
         self.ending = self._ending(target, measured)
         save = save or self.ending is not None
         time_s = self._segment.start_s + self._segment.duration_s(target)
-        return Step(travel, time_s, measured, outcome.iterations, save, jump, not smooth)
+        return Step(travel, time_s, measured, outcome.iterations, save, jump)
 
     def _change(self, length: float) -> float:
         """Return by what travel, mm, or in a hold by what time, s, a step changes."""

@@ -47,10 +47,17 @@ class Pool:
         self.error = 0.0
 
     def answer(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        """Return what came of tasks of this family."""
+        """Return what came of tasks of this family.
+
+        Of those that must be smooth the first that is not ends all: they are of no use apart.
+        """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
         while unknown := self._unknown(questions):
+            runs = (self._run_of(q) for q in questions if q.task.smooth)
+            failed = next((run.error for run in runs if run is not None and run.error), None)
+            if failed is not None:
+                return [Done(None, failed) for _ in questions]
             if plain and len(unknown) <= WORTHWHILE:
                 self._simulate([questions[index] for index in unknown], ())
                 continue
