@@ -91,6 +91,7 @@ from .specification import (
     recipe_names as recipe_names,
     write_test as write_test,
 )
+from .specification.sources import as_test as as_test
 from .sweep import Sweep as Sweep, sweep as sweep
 from .validation import (
     Validation as Validation,

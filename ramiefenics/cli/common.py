@@ -15,14 +15,14 @@ from mpi4py import MPI
 
 from ramiefenics.cli.output import output
 from ramiefenics.model.laws import LAWS, check_law
-from ramiefenics.published.stalks import PUBLISHED, published_test
+from ramiefenics.published.stalks import PUBLISHED
 from ramiefenics.results.claim import claimed
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
     override,
-    read_test,
 )
+from ramiefenics.specification.sources import as_test
 
 if TYPE_CHECKING:
     from ramiefenics.results.result import Result
@@ -62,11 +62,9 @@ def load_test(
     SpecificationError
         If a name, a file or a value is not usable, or the law cannot take a layer's constants.
     """
-    named = "/" not in spec and not spec.endswith(".toml")
-    test = published_test(spec) if named else read_test(spec)
     changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
     changes += [f"law={law}"] if law is not None else []
-    test = override(test, changes + (assignments or []))
+    test = override(as_test(spec), changes + (assignments or []))
     check_law(test)
     return test
 

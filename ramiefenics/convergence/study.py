@@ -17,6 +17,7 @@ from ramiefenics.model.observables import Observables
 from ramiefenics.runs import KeptRun, SharedRuns
 from ramiefenics.solve.quasistatic import Step
 from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification.sources import Source, as_test
 
 LADDERS = {order: tuple(f"ladder_q{order}_{step}" for step in range(1, 6)) for order in (1, 2)}
 """Mesh recipes by element order, coarsest first."""
@@ -36,7 +37,7 @@ Progress = Callable[[float, str], None]
 
 
 def converge(
-    test: BendingTest,
+    test: Source,
     order: int = 2,
     meshes: int = 5,
     runs: SharedRuns | None = None,
@@ -47,7 +48,8 @@ def converge(
     Parameters
     ----------
     test
-        The specification; the ladder's recipes take its mesh's place.
+        The specification, its file, or the name of a published one; the ladder's recipes take its
+        mesh's place.
     order
         Element order, 1 or 2.
     meshes
@@ -65,6 +67,7 @@ def converge(
         If the user has interrupted it; finished meshes are kept.
     """
     check_ladder(order, meshes)
+    test = as_test(test)
     check_law(test)
     runs = SharedRuns() if runs is None else runs
     names = LADDERS[order][:meshes]

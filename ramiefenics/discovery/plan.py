@@ -19,6 +19,7 @@ from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict, value_at
+from ramiefenics.specification.sources import Source, as_test
 
 SHARES = {"fixture.span_mm": 0.7, "fixture.indenter_radius_mm": 2.0}
 """What other tests have by default, over what the standard test has."""
@@ -37,7 +38,7 @@ class Plan(Result):
     Attributes
     ----------
     test
-        The standard test.
+        The standard test, its file, or the name of a published one.
     design
         Stalks, and how well they are known.
     effects
@@ -154,7 +155,7 @@ class Plan(Result):
 
 
 def plan(
-    test: BendingTest,
+    test: Source,
     others: Sequence[Sequence[str]] | None = None,
     design: Design | None = None,
     effects: Mapping[str, Effect] = EFFECTS,
@@ -184,6 +185,7 @@ def plan(
     SpecificationError
         If a setting is refused, or a simulation does not reach the end of its travel.
     """
+    test = as_test(test)
     if runs is None:
         with workers() as pool:
             return plan(test, others, design, effects, Runs(executor=pool))

@@ -10,6 +10,7 @@ import dataclasses
 import logging
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from dolfinx import la
@@ -30,7 +31,8 @@ from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
 from ramiefenics.solve.rest import settle
-from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.sources import Source, as_test
 
 log = logging.getLogger(__name__)
 
@@ -240,10 +242,11 @@ class ExplicitTest:
 
 
 def simulate_explicitly(
-    test: BendingTest,
+    test: Source = "table3",
     comm: MPI.Comm | None = None,
     on_point: Callable[[Point], None] | None = None,
     tube: TubeMesh | None = None,
+    **changes: Any,
 ) -> ExplicitResult:
     """Bend a stalk with inertia, by ``numerics.explicit``.
 
@@ -253,13 +256,15 @@ def simulate_explicitly(
     Parameters
     ----------
     test
-        The specification.
+        The specification, its TOML file, or the name of a published one.
     comm
         MPI communicator, all of whose ranks call; the world by default.
     on_point
         Called at every point of the curve, on all ranks.
     tube
         A mesh of the stalk to use in place of the recipe's.
+    changes
+        Of the specification, see `as_test`.
 
     Raises
     ------
@@ -268,6 +273,7 @@ def simulate_explicitly(
         of the layers is not perfect.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test = as_test(test, **changes)
     test.protocol.check_loading_only("explicit runs")
     if not test.stalk.bond.perfect:
         compliance = test.stalk.bond.compliance_mm_per_MPa

@@ -24,6 +24,7 @@ from ramiefenics.solve.quasistatic import QuasiStatic
 from ramiefenics.solve.rest import settle
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification.sources import Source, as_test
 
 TWIN_SHARE, DIFFERENCE_SHARE = 1e-4, 0.1
 """Distance of a twin, and of whole simulations where twins do not serve, over the typical size:
@@ -75,7 +76,7 @@ class Sensitivities:
 
 
 def sensitivities(
-    test: BendingTest,
+    test: Source,
     parameters: Mapping[str, Parameter],
     comm: MPI.Comm | None = None,
     jumps: bool = True,
@@ -89,7 +90,7 @@ def sensitivities(
     Parameters
     ----------
     test
-        The specification.
+        The specification, its TOML file, or the name of a published one.
     parameters
         By name.
     comm
@@ -104,6 +105,7 @@ def sensitivities(
         If the path has more than a loading, or jumps and must not.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
+    test = as_test(test)
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     settle(problem)

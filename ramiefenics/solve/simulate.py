@@ -6,6 +6,7 @@ import dataclasses
 import logging
 import time
 from collections.abc import Callable
+from typing import Any
 
 import pandas as pd
 from mpi4py import MPI
@@ -20,15 +21,17 @@ from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.rest import settle
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import BendingTest
+from ramiefenics.specification.sources import Source, as_test
 
 log = logging.getLogger(__name__)
 
 
 def simulate(
-    test: BendingTest,
+    test: Source = "table3",
     comm: MPI.Comm | None = None,
     on_step: Callable[[Step[Observables]], None] | None = None,
     tube: TubeMesh | None = None,
+    **changes: Any,
 ) -> BendingResult:
     """Bend a stalk.
 
@@ -38,13 +41,15 @@ def simulate(
     Parameters
     ----------
     test
-        The specification.
+        The specification, its TOML file, or the name of a published one.
     comm
         MPI communicator, all of whose ranks call; the world by default.
     on_step
         Called after every converged step, on all ranks, for instance to show progress.
     tube
         A mesh of the stalk to use in place of the recipe's, from wherever it comes.
+    changes
+        Of the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
 
     Returns
     -------
@@ -54,8 +59,10 @@ def simulate(
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants, or growth stress leaves the stalk no rest.
+        If the law cannot take a layer's constants, or growth stress leaves the stalk no rest; if a
+        name, a file or a change is refused.
     """
+    test = as_test(test, **changes)
     comm = MPI.COMM_WORLD if comm is None else comm
     start = time.perf_counter()
     if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks

@@ -218,6 +218,11 @@ def _label(index: int, entry: Any) -> str:
     return str(entry.get("name", index) if isinstance(entry, Mapping) else index)
 
 
+def labels(entries: list[Any]) -> list[str]:
+    """Return what entries of a list are addressed by: their names, or numbers."""
+    return list(_by_label(entries))
+
+
 def _by_label(entries: list[Any]) -> dict[str, Any]:
     return {_label(index, entry): entry for index, entry in enumerate(entries)}
 
@@ -250,16 +255,17 @@ def value_at(test: BendingTest, key: str) -> Any:
     return None if at == {} else to_dict(at)
 
 
-def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
+def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> BendingTest:
     """Return the test with single values changed.
 
     Parameters
     ----------
     test
         The test to start from.
-    assignments
-        Each ``dotted.key=value``, the value as in TOML (text may go without quotes); layers are
-        addressed by name: ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``.
+    changes
+        Values by dotted key; or each ``dotted.key=value``, the value as in TOML (text may go
+        without quotes). Layers are addressed by name:
+        ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``.
 
     Raises
     ------
@@ -267,14 +273,19 @@ def override(test: BendingTest, assignments: Iterable[str]) -> BendingTest:
         On an unknown key or a value that is refused.
     """
     data, touched = to_dict(test), set()
-    for assignment in assignments:
-        key, equals, text = assignment.partition("=")
-        if not equals or not key.strip():
-            raise SpecificationError("--set", assignment, "must be of the form key=value")
-        _assign(data, BendingTest, key.strip(), _parse_value(text.strip()))
-        touched.add(key.strip().partition(".")[0])
+    pairs = changes.items() if isinstance(changes, Mapping) else map(_assignment, changes)
+    for key, value in pairs:
+        _assign(data, BendingTest, key, value)
+        touched.add(key.partition(".")[0])
     kept = {name: getattr(test, name) for name in data if name not in touched}
     return test_from_dict(data | kept)
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not key:
+        raise SpecificationError("--set", text, "must be of the form key=value")
+    return key, _parse_value(value)
 
 
 def _parse_value(text: str) -> Any:

@@ -53,19 +53,21 @@ class Pool:
         """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
+        smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
         while unknown := self._unknown(questions):
             runs = (self._run_of(q) for q in questions if q.task.smooth)
             failed = next((run.error for run in runs if run is not None and run.error), None)
             if failed is not None:
                 return [Done(None, failed) for _ in questions]
-            if plain and len(unknown) <= WORTHWHILE:
-                self._simulate([questions[index] for index in unknown], ())
+            rough = [index for index in unknown if self._is_rough(questions[index])]
+            if plain and (rough or len(unknown) <= WORTHWHILE):
+                self._simulate([questions[index] for index in rough or unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
             chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
             indices = list(unknown)
             directions = self._directions(questions)
-            self._simulate([questions[indices[place]] for place in chosen], directions)
+            self._simulate([questions[indices[place]] for place in chosen], directions, smooth)
         return [self._answer(question) for question in questions]
 
     def _unknown(self, questions: Sequence[Question]) -> dict[int, float]:
@@ -112,24 +114,31 @@ class Pool:
         paths = tuple(self._paths[index] for index in used)
         return Direction(name, paths, tuple(float(weight) for weight in row[used]))
 
-    def _simulate(self, chosen: Sequence[Question], directions: tuple[Direction, ...]) -> None:
-        tasks = [CurveTask(q.test, directions, q.task.smooth) for q in chosen]
+    def _simulate(
+        self, chosen: Sequence[Question], directions: tuple[Direction, ...], smooth: bool
+    ) -> None:
+        tasks = [CurveTask(question.test, directions, smooth) for question in chosen]
         along = np.zeros((len(directions), len(self._paths)))
         for row, direction in zip(along, directions, strict=True):
             row[[self._paths.index(path) for path in direction.paths]] = direction.weights
         for question, done in zip(chosen, self._mapper.map(tasks), strict=True):
             if done.error is not None:
                 nothing = np.zeros(0)
-                smooth = question.task.smooth
                 run = Run(question.at, along, nothing, nothing, nothing, done.error, smooth)
             else:
                 x, force, *slopes = done.result().to_numpy().T
                 run = Run(question.at, along, x, force, np.array(slopes).reshape(-1, len(x)))
             self.runs.append(run)
 
+    def _is_rough(self, question: Question) -> bool:
+        """Return whether there is no smooth curve."""
+        return any(
+            run.error is not None and run.smooth and _here(run, question) for run in self.runs
+        )
+
     def _run_of(self, question: Question) -> Run | None:
         for run in reversed(self.runs):
-            if not np.allclose(run.at, question.at, rtol=0.0, atol=1e-10):
+            if not _here(run, question):
                 continue
             if run.error is None:
                 serves = run.weights(question.changes) is not None
@@ -157,6 +166,10 @@ class Pool:
         x = np.append(0.0, family.at_mm)
         by_changes = np.pad((up - down) / (2.0 * SMALL), ((0, 0), (1, 0)))
         return Done(question.curve(x, np.append(0.0, force), by_changes))
+
+
+def _here(run: Run, question: Question) -> bool:
+    return np.allclose(run.at, question.at, rtol=0.0, atol=1e-10)
 
 
 def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:

@@ -15,7 +15,8 @@ import pandas as pd
 
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
-from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification import SpecificationError, override
+from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
 MOST = 10_000
@@ -25,7 +26,7 @@ Value = float | int | str | bool
 
 
 def sweep(
-    test: BendingTest,
+    test: Source,
     values: Mapping[str, Sequence[Value]],
     executor: Executor | None = None,
     folder: Path | None = None,
@@ -36,7 +37,7 @@ def sweep(
     Parameters
     ----------
     test
-        The specification to start from.
+        The specification to start from, its file, or the name of a published one.
     values
         By dotted key, as of `override`.
     executor, folder, on_done
@@ -50,14 +51,12 @@ def sweep(
     KeyboardInterrupt
         If the user has interrupted it; finished simulations are kept.
     """
+    test = as_test(test)
     number = math.prod(map(len, values.values()))
     if not values or not 0 < number <= MOST:
         raise SpecificationError("sweep", number, f"must be of 1 to {MOST} runs")
     chosen = list(itertools.product(*values.values()))
-    tests = [
-        override(test, [f"{key}={_toml(one)}" for key, one in zip(values, row, strict=True)])
-        for row in chosen
-    ]
+    tests = [override(test, dict(zip(values, row, strict=True))) for row in chosen]
     for changed in tests:
         check_law(changed)
     done = Runs(folder, executor, on_done).map([Simulation(changed) for changed in tests])
@@ -97,10 +96,6 @@ def _parsed(text: str) -> Value:
     except tomllib.TOMLDecodeError:
         return text
     return value if isinstance(value, (float, int, bool)) else text
-
-
-def _toml(value: Value) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _row(done: Done[KeptRun]) -> dict[str, Any]:
