@@ -47,6 +47,7 @@ from .reduction import (
     reduce_dataset as reduce_dataset,
 )
 from .results.folder import write_folder as write_folder
+from .solve.animation import animate as animate
 from .solve.explicit import simulate_explicitly as simulate_explicitly
 from .solve.explicit_result import ExplicitResult as ExplicitResult
 from .solve.figures import (

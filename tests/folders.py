@@ -54,7 +54,8 @@ def check_print(found: Result, *numbers: str) -> None:
     for text in found.findings():
         assert text in printed
         assert text in page.texts
-    assert not page.sources
+    assert len(page.sources) == bool(found.figures())
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
     for number in numbers:
         assert number in printed
         assert number in " ".join(page.texts)

@@ -73,6 +73,9 @@ def bend(
     assign: Assignments = None,
     effect: Amplitudes = None,
     effects: EffectFiles = None,
+    animate: Annotated[
+        bool, typer.Option("--animate", help="Write animation.gif, too: the bend as a film.")
+    ] = False,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
     test = add_effects(load_test(spec, mesh, law, assign), effect, effects)
@@ -83,7 +86,11 @@ def bend(
     with progress.bending(test) as show:
         result = simulate(test, on_step=show)
     tell_ending(result.ending)
-    finish(result, folder)
+    try:
+        finish(result, folder)
+    finally:  # a run that ended early has one, too
+        if animate and MPI.COMM_WORLD.rank == 0 and result.snapshots:
+            result.animate(folder / "animation.gif")
 
 
 @app.command()

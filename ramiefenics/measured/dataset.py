@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from ramiefenics.measured.changes import changed
 from ramiefenics.measured.layout import Layout, listed
@@ -60,6 +61,11 @@ class Dataset:
     def specimens(self) -> tuple[str, ...]:
         """Names of the specimens."""
         return tuple(dict.fromkeys(record.specimen for record in self.records))
+
+    @property
+    def curves(self) -> dict[str, pd.DataFrame]:
+        """Tables with ``displacement_mm`` and ``force_N``, by the names of the records."""
+        return {record.name: record.curve for record in self.records}
 
     @property
     def range_mm(self) -> tuple[float, float]:

@@ -57,8 +57,14 @@ TEMPLATES.filters |= {"grid": grid, "title_of": title_of}
 
 
 def brief(found: Result) -> str:
-    """Return title, findings, overview and notes, as part of a page."""
-    return TEMPLATES.get_template("brief.html").render(found=found)
+    """Return title, findings, overview, notes and main figure, as part of a page."""
+    main = next(iter(found.figures().values()), None)
+    figure = None if main is None else (_base64(main.png()), main.caption)
+    return TEMPLATES.get_template("brief.html").render(found=found, figure=figure)
+
+
+def _base64(png: bytes) -> str:
+    return base64.b64encode(png).decode()
 
 
 def page(found: Result, pictures: Mapping[str, bytes]) -> str:
@@ -72,8 +78,7 @@ def page(found: Result, pictures: Mapping[str, bytes]) -> str:
         Its figures as PNG files, by name.
     """
     figures = [
-        (base64.b64encode(pictures[name]).decode(), picture.caption)
-        for name, picture in found.figures().items()
+        (_base64(pictures[name]), picture.caption) for name, picture in found.figures().items()
     ]
     tables = {name: table for name, table in found.tables().items() if table.caption}
     template = TEMPLATES.get_template("page.html")

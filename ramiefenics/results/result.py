@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.results.manifest import finite, versions
 from ramiefenics.results.text import cells
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,6 +54,20 @@ class Picture:
 
     draw: Callable[[], Figure | NDArray[np.uint8]]
     caption: str
+
+    def figure(self) -> Figure:
+        """Return it as a figure of Matplotlib."""
+        from matplotlib.figure import Figure
+
+        drawn = self.draw()
+        if isinstance(drawn, Figure):
+            return drawn
+        height, width, _ = drawn.shape
+        figure = Figure(figsize=(8.0, 8.0 * height / width), dpi=200)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_axis_off()
+        axes.imshow(drawn)
+        return figure
 
     def png(self) -> bytes:
         """Return it as the content of a PNG file."""
@@ -116,6 +130,26 @@ class Result(ABC):
         """Return all figures, by the name of their file."""
         return {}
 
+    def plot(self, name: str | None = None) -> Figure:
+        """Draw a figure, the main one by default.
+
+        Parameters
+        ----------
+        name
+            As in `figures`.
+
+        Raises
+        ------
+        SpecificationError
+            If there is none of that name.
+        """
+        figures = self.figures()
+        chosen = next(iter(figures), "") if name is None else name
+        if chosen not in figures:
+            allowed = f"must be one of {', '.join(figures)}" if figures else "there is no figure"
+            raise SpecificationError("name", chosen, allowed)
+        return figures[chosen].figure()
+
     def specifications(self) -> dict[str, BendingTest]:
         """Return specifications to go on with, by the name of their file."""
         return {}
@@ -144,7 +178,7 @@ class Result(ABC):
         return "\n".join([self.title, *first, *then, *notes])
 
     def _repr_html_(self) -> str:
-        """Return the same as HTML, for notebooks."""
+        """Return the same as HTML, with the main figure, for notebooks."""
         from ramiefenics.results.page import brief
 
         return brief(self)

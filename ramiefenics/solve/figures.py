@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import matplotlib as mpl
 import numpy as np
+import pandas as pd
 import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -26,12 +29,25 @@ LOSS_LINES = {
 STRESS_COLOURS = "RdBu_r"
 
 
-def curve_figure(result: BendingResult) -> Figure:
-    """Draw force against travel, with the maximum marked where there is one."""
+def curve_figure(
+    result: BendingResult, measured: Mapping[str, pd.DataFrame] | None = None
+) -> Figure:
+    """Draw force against travel, with the maximum marked where there is one.
+
+    Parameters
+    ----------
+    result
+        The simulation.
+    measured
+        Tables with ``displacement_mm`` and ``force_N``, by name, to draw behind it.
+    """
     curve = result.curve
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 4.0), layout="constrained")
         axes = figure.subplots()
+        for number, table in enumerate((measured or {}).values()):
+            label = "_" if number else "measured"  # once
+            axes.plot(table["displacement_mm"], table["force_N"], color=GREY, lw=0.8, label=label)
         axes.plot(curve["displacement_mm"], curve["force_N"], "o-", color=BLUE, ms=3.5, lw=1.5)
         if result.has_force_maximum:
             at, force = result.displacement_at_max_mm, result.max_force_N
@@ -64,7 +80,7 @@ def _mark_losses(axes: Axes, result: BendingResult) -> None:
     for name, travel in result.losses_mm.items():
         label, line = LOSS_LINES[name]
         axes.axvline(travel, color=GREY, lw=1.0, ls=line, label=f"{label} ({travel:.2f} mm)")
-    if result.losses_mm:
+    if axes.get_legend_handles_labels()[1]:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.17), fontsize=8, frameon=False)
 
 

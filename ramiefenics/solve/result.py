@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 import pandas as pd
 
 from ramiefenics.model.laws import law_named
@@ -17,6 +19,9 @@ from ramiefenics.solve.peak import Peak, find_peak
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LOSSES = {
     "volume": "the material turns inside out",
@@ -235,11 +240,48 @@ class BendingResult(Result):
 
         drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
         if self.snapshots:
+            last = self.snapshots[-1]
+            force = np.interp(last.time_s, self.curve["time_s"], self.curve["force_N"])
+            load = f"at {last.travel_mm:.1f} mm of travel and {force:.1f} N"
             drawn["section"] = Picture(
-                lambda: section_figure(self), "Section under the indenter, over the undeformed one."
+                lambda: section_figure(self),
+                f"Section under the indenter {load}, over the undeformed one.",
             )
-            drawn["deformed"] = Picture(lambda: deformed_picture(self), "The deformed stalk.")
+            drawn["deformed"] = Picture(
+                lambda: deformed_picture(self), f"The stalk {load}, between its cylinders."
+            )
         return drawn
+
+    def plot(
+        self,
+        name: str | None = None,
+        measured: pd.DataFrame | str | Path | Mapping[str, pd.DataFrame] | None = None,
+    ) -> Figure:
+        """Draw a figure, the force curve by default, measured curves beside it.
+
+        Parameters
+        ----------
+        name
+            As in `figures`.
+        measured
+            A table with ``displacement_mm`` and ``force_N``, its CSV file, or several by name,
+            such as `Dataset.curves`.
+        """
+        if measured is None:
+            return super().plot(name)
+        from ramiefenics.solve.figures import curve_figure
+
+        if isinstance(measured, (str, Path)):
+            measured = {Path(measured).stem: pd.read_csv(measured)}
+        elif isinstance(measured, pd.DataFrame):
+            measured = {"measured": measured}
+        return curve_figure(self, measured)
+
+    def animate(self, path: str | Path, seconds: float = 5.0) -> Path:
+        """Write a film of the bend, see `ramiefenics.animate`."""
+        from ramiefenics.solve.animation import animate
+
+        return animate(self, path, seconds)
 
     def specifications(self) -> dict[str, BendingTest]:
         """Return what was simulated."""

@@ -1,0 +1,83 @@
+"""The bend as a film, beside its force curve."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from numpy.typing import NDArray
+from PIL import Image
+
+from ramiefenics.results.style import VERMILION
+from ramiefenics.solve.figures import curve_figure
+from ramiefenics.solve.pictures import deformed_picture, largest_stress
+from ramiefenics.solve.result import BendingResult
+from ramiefenics.specification import SpecificationError
+
+SIZE = (800, 450)
+"""Pixels of the stalk's part of a frame."""
+
+
+def animate(result: BendingResult, path: str | Path, seconds: float = 5.0) -> Path:
+    """Write an animation of the saved states; colours mean the same in all of them.
+
+    Parameters
+    ----------
+    result
+        With fields, see `Protocol.save_every_mm`.
+    path
+        A file that ends in .gif, or in .mp4, which needs the package imageio[ffmpeg].
+    seconds
+        How long it takes.
+
+    Raises
+    ------
+    SpecificationError
+        If the name ends otherwise, or no state was saved.
+    """
+    path = Path(path)
+    if path.suffix not in (".gif", ".mp4"):
+        raise SpecificationError("path", str(path), "must end in .gif or .mp4")
+    if not result.snapshots:
+        allowed = "must have been saved; on several ranks, the first one has them"
+        raise SpecificationError("snapshots", len(result.snapshots), allowed)
+    limit = largest_stress(result)
+    frames = [_frame(result, number, limit) for number in range(len(result.snapshots))]
+    if path.suffix == ".mp4":
+        _write_film(path, frames, seconds)
+        return path
+    # colours of all frames from the last, which has most
+    palette = Image.fromarray(frames[-1]).quantize(255)
+    images = [Image.fromarray(frame).quantize(palette=palette) for frame in frames]
+    each = int(1000.0 * seconds / len(frames))
+    durations = [each] * (len(frames) - 1) + [each + 1000]  # it stays at the end
+    images[0].save(path, save_all=True, append_images=images[1:], duration=durations, loop=0)
+    return path
+
+
+def _write_film(path: Path, frames: list[NDArray[np.uint8]], seconds: float) -> None:
+    try:
+        imageio = importlib.import_module("imageio.v3")
+    except ImportError as error:
+        allowed = "must end in .gif, as the package imageio[ffmpeg] is not installed"
+        raise SpecificationError("path", str(path), allowed) from error
+    imageio.imwrite(path, np.array(frames), fps=len(frames) / seconds)
+
+
+def _frame(result: BendingResult, number: int, limit: float) -> NDArray[np.uint8]:
+    """Return the stalk in a saved state, and the curve with that point marked."""
+    stalk = Image.fromarray(deformed_picture(result, number, limit)).resize(SIZE)
+    figure = curve_figure(result)
+    figure.set_size_inches(SIZE[1] / 100.0 * 1.2, SIZE[1] / 100.0)
+    figure.set_dpi(100)
+    time_s = result.snapshots[number].time_s
+    here = [
+        np.interp(time_s, result.curve["time_s"], result.curve[c])
+        for c in ("displacement_mm", "force_N")
+    ]
+    figure.axes[0].plot(*here, "o", color=VERMILION, ms=9)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.hstack([np.asarray(stalk), np.asarray(canvas.buffer_rgba())[..., :3]])
