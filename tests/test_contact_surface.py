@@ -41,7 +41,7 @@ def surface_of(problem: BendingProblem) -> tuple[ContactSurface, np.ndarray]:
 def test_facets_sum_to_the_forces_of_contact(pressed: BendingProblem) -> None:
     surface, corners = surface_of(pressed)
     fields = surface.evaluate()
-    force = (fields["area"][:, None] * fields["contact_traction"]).sum
+    force = (fields["area_mm2"][:, None] * fields["contact_traction_MPa"]).sum
     above = corners[:, :, 1].mean(axis=1) > 0.0
     indenter, support = pressed.contact.sums()
     # the same numbers at the same points, summed in another order
@@ -52,8 +52,8 @@ def test_facets_sum_to_the_forces_of_contact(pressed: BendingProblem) -> None:
 @pytest.mark.parametrize("name", ["pressure", "friction", "traction"])
 def test_facets_sum_to_the_integrals_of_the_weak_form(pressed: BendingProblem, name: str) -> None:
     fields = surface_of(pressed)[0].evaluate()
-    field = {"pressure": "contact_pressure", "friction": "friction_traction"}.get(
-        name, "contact_traction"
+    field = {"pressure": "contact_pressure_MPa", "friction": "friction_traction_MPa"}.get(
+        name, "contact_traction_MPa"
     )
     stated = getattr(pressed.contact, name)
     stated = ufl.as_vector([stated, 0, 0]) if name == "pressure" else stated
@@ -61,7 +61,7 @@ def test_facets_sum_to_the_integrals_of_the_weak_form(pressed: BendingProblem, n
     along = (fem.Constant(pressed.tube.mesh, axis) for axis in axes)
     forms = (compile_form(ufl.dot(stated, axis) * pressed.contact.ds) for axis in along)
     integrals = [fem.assemble_scalar(form) for form in forms]
-    sums = np.atleast_1d(fields["area"] @ fields[field])
+    sums = np.atleast_1d(fields["area_mm2"] @ fields[field])
     assert sums == pytest.approx(integrals, rel=1e-12, abs=1e-12 * np.abs(integrals).max())
 
 
@@ -77,7 +77,7 @@ def test_codes_and_numbers_belong_to_the_facets_they_were_found_on(
     surface, corners = surface_of(pressed)
     fields = surface.evaluate()
     (x, y, z), state = corners.transpose(2, 0, 1), fields["contact_state"]
-    assert np.all((z.min(axis=1) < fields["gap"]) & (fields["gap"] < z.mean(axis=1)))
+    assert np.all((z.min(axis=1) < fields["gap_mm"]) & (fields["gap_mm"] < z.mean(axis=1)))
     near = z.max(axis=1) < 20.0
     # a facet bulges out of its corners' plane by 7.1 (1 - cos(6 degrees)) = 0.04 mm at most
     above, below = near & (y.min(axis=1) > 5.0), near & (y.max(axis=1) < 4.9)
@@ -94,9 +94,9 @@ def test_stalk_pulled_along_its_cylinders_slips_by_the_pull(pressed: BendingProb
     fields = surface_of(pressed)[0].evaluate()
     touching = fields["contact_state"] > NO_CONTACT
     assert set(fields["contact_state"]) == {NO_CONTACT, SLIP}
-    assert fields["slip"][touching, 0] == pytest.approx(ASIDE_MM, rel=1e-12)
-    assert np.all(fields["friction_traction"][touching, 0] < 0.0)
-    assert np.all(fields["slip"][~touching] == 0.0)
+    assert fields["slip_mm"][touching, 0] == pytest.approx(ASIDE_MM, rel=1e-12)
+    assert np.all(fields["friction_traction_MPa"][touching, 0] < 0.0)
+    assert np.all(fields["slip_mm"][~touching] == 0.0)
 
 
 def test_rank_without_facets_of_contact_has_none(
@@ -112,31 +112,32 @@ def test_rank_without_facets_of_contact_has_none(
 
 
 def test_pressure_and_state_agree_on_every_facet(bent: BendingResult) -> None:
-    for snapshot in bent.snapshots:
+    for snapshot in bent.snapshots[1:]:
         fields = snapshot.contact.cell_data
         touching = fields["contact_state"] != NO_CONTACT
         assert touching.any()
         assert set(fields["contact_state"]) <= {NO_CONTACT, STICK, SLIP}
-        for name in ("contact_pressure", "max_contact_pressure"):
+        pressures = ("contact_pressure_MPa", "max_contact_pressure_MPa")
+        for name in pressures:
             assert np.all(fields[name][touching] > 0.0)
-        for name in ("contact_pressure", "max_contact_pressure", "contact_traction", "slip"):
+        for name in (*pressures, "contact_traction_MPa", "slip_mm"):
             assert np.all(fields[name][~touching] == 0.0)
-        assert np.all(fields["contact_pressure"] <= fields["max_contact_pressure"])
+        assert np.all(fields["contact_pressure_MPa"] <= fields["max_contact_pressure_MPa"])
 
 
 def test_contact_of_a_bent_stalk_bears_its_forces_on_its_cylinders(bent: BendingResult) -> None:
-    for snapshot in bent.snapshots:
+    for snapshot in bent.snapshots[1:]:
         fields, at = snapshot.contact.cell_data, snapshot.contact.points[snapshot.contact.cells]
         above = at[:, :, 1].mean(axis=1) > 0.0
         touching = fields["contact_state"] != NO_CONTACT
         z = at[:, :, 2].mean(axis=1)
         assert np.all(z[touching & above] < 25.0)
         assert np.all(z[touching & ~above] > 25.0)
-        forces = fields["area"] * fields["contact_traction"][:, 1]
+        forces = fields["area_mm2"] * fields["contact_traction_MPa"][:, 1]
         row = bent.curve[bent.curve["displacement_mm"] == snapshot.travel_mm].iloc[0]
         for where, name in ((above, "force_N"), (~above, "support_force_N")):
             # a quarter of the stalk; the same sum in another order
             assert 4.0 * abs(forces[where].sum()) == pytest.approx(row[name], rel=1e-10)
         # Nitsche's method lets facets touch to a share of the cells' thickness, which is 0.7 mm
-        assert np.abs(fields["gap"][touching]).max() < 0.03
-        assert fields["gap"][~touching].min() > 0.0
+        assert np.abs(fields["gap_mm"][touching]).max() < 0.03
+        assert fields["gap_mm"][~touching].min() > 0.0

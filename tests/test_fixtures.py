@@ -164,11 +164,13 @@ def test_mesh_is_graded_for_every_cylinder() -> None:
     assert under["other_support"] == pytest.approx(0.04 * 42, rel=0.15)
 
 
-def test_plates_crush_a_thin_ring_as_its_closed_solution_says() -> None:
+@pytest.mark.parametrize("first_step_mm", [0.05, 0.1, 0.2])
+def test_plates_crush_a_thin_ring_as_its_closed_solution_says(first_step_mm: float) -> None:
     """0.1488 P R^3 / (E I) of vertical and 0.1366 of lateral diameter (Timoshenko 1956, sect. 17).
 
     Half a per cent of the diameter. A wall of a twentieth of the radius adds 0.4 % by shear and
-    thrust; the rest of the tolerance is for the mesh and the growing contact.
+    thrust; the rest of the tolerance is for the mesh and the growing contact. Nothing but contact
+    holds the ring: an iterate that touches no plate drifts, which only motion ends.
     """
     radius, wall, length = 20.0, 1.0, 4.0
     material = rf.Material(rf.Elastic.isotropic(YOUNG, 0.0))
@@ -181,7 +183,7 @@ def test_plates_crush_a_thin_ring_as_its_closed_solution_says() -> None:
         "numerics.mesh.side_growth=1.0",
         "numerics.mesh.coarse_size=0.6",
         "numerics.acoustic_check=false",
-        "numerics.stepping.first_step_mm=0.1",
+        f"numerics.stepping.first_step_mm={first_step_mm}",
         "protocol.travel_mm=0.2",
     )
     test = rf.override(rf.BendingTest(stalk, fixture, law="isotropic"), changes)

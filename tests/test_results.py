@@ -77,9 +77,9 @@ def test_paraview_reads_the_fields(folder: Path, bent: BendingResult) -> None:
     reader.set_active_time_value(14.0)
     grid = reader.read()[0]
     assert grid.n_cells == 8 * bent.statistics.cells  # of second order, hence subdivided
-    assert list(grid.point_data) == ["displacement"]  # neither codes nor pressures interpolated
-    assert {"von_mises", "axial_stress", "layer"} <= set(grid.cell_data)
-    moved = grid.warp_by_vector("displacement")
+    assert list(grid.point_data) == ["displacement_mm"]  # neither codes nor pressures interpolated
+    assert {"von_mises_MPa", "axial_stress_MPa", "layer"} <= set(grid.cell_data)
+    moved = grid.warp_by_vector("displacement_mm")
     assert moved.compute_cell_sizes()["Volume"].min() > 0
 
 
@@ -88,7 +88,7 @@ def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
     assert reader.time_values == [s.travel_mm for s in bent.snapshots]
     reader.set_active_time_value(14.0)
     read = reader.read()[0]
-    contact = read.warp_by_vector("displacement")
+    contact = read.warp_by_vector("displacement_mm")
     states = contact.cell_data["contact_state"]
     assert set(states) <= {0, 1, 2}
     touching = contact.extract_cells(states > 0)

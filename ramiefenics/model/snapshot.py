@@ -43,16 +43,18 @@ class Snapshot:
     """The displaced stalk with its fields, and the contact on its surface.
 
     A cell of second order appears as eight of first order, which share its nodes; its facet as
-    four. Both grids have ``displacement`` (mm, shape (n, 3)) at their points.
+    four. Both grids have ``displacement_mm``, shape (n, 3), at their points.
 
     Attributes
     ----------
     travel_mm, time_s
         Travel of the indenter, and time.
     body
-        Hexahedra with ``layer`` (1 for the innermost); at their middles ``von_mises`` and
-        ``axial_stress`` (Cauchy, MPa; the latter along the deformed fibres) and
-        ``axial_stretch``; ``min_volume_ratio``, ``min_principal_stretch`` and
+        Hexahedra with ``layer`` (1 for the innermost); at their middles Cauchy's stress
+        ``stress_MPa`` and the strain of Green and Lagrange ``green_strain``, shape (m, 6), in the
+        order XX, YY, ZZ, XY, YZ, XZ; ``principal_stretches``, shape (m, 3), ascending;
+        ``von_mises_MPa``, ``axial_stress_MPa`` (along the deformed fibres) and ``axial_stretch``;
+        ``min_volume_ratio``, ``min_principal_stretch`` and
         ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`; if the
         law remembers, its internal variables at the cells' middles, the components of a tensor row
         by row, and ``dissipated_Nmm_per_mm3``.
@@ -78,7 +80,8 @@ class Camera:
         What has been observed of it at the same step.
     """
 
-    MIDDLE_FIELDS = ("von_mises", "axial_stress", "axial_stretch")
+    MIDDLE_FIELDS = ("von_mises_MPa", "axial_stress_MPa", "axial_stretch")
+    COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
     def __init__(self, problem: BendingProblem, observer: Observer) -> None:
         self._problem, self._observer = problem, observer
@@ -107,6 +110,8 @@ class Camera:
                 ufl.sqrt(1.5 * ufl.inner(deviator, deviator)),
                 ufl.dot(along, sigma * along) / stretch**2,
                 stretch,
+                *(sigma[i, j] for i, j in self.COMPONENTS),
+                *((F.T * F)[i, j] for i, j in self.COMPONENTS),
             )
         )
         return compile_expression(fields, self._middles)
@@ -116,11 +121,15 @@ class Camera:
         solid = self._problem.solid
         self._moved.interpolate(solid.displacement)
         values = self._expression.eval(solid.mesh, self._cells)
-        values = values.reshape(-1, len(self.MIDDLE_FIELDS))
+        values = values.reshape(-1, len(self.MIDDLE_FIELDS) + 2 * len(self.COMPONENTS))
+        scalars, stress, stretched = np.split(values, [3, 9], axis=1)
         pieces, material = len(self._middles), self._observer.material
         fields = {
             "layer": np.repeat(self._layer[self._cells], pieces),
-            **dict(zip(self.MIDDLE_FIELDS, values.T, strict=True)),
+            **dict(zip(self.MIDDLE_FIELDS, scalars.T, strict=True)),
+            "stress_MPa": stress,
+            "green_strain": 0.5 * (stretched - [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+            "principal_stretches": self._principal_stretches(stretched),
             "min_volume_ratio": np.repeat(material.volume_ratio.min(axis=1), pieces),
             "min_principal_stretch": np.repeat(material.principal_stretch.min(axis=1), pieces),
             "min_acoustic_MPa": np.repeat(material.acoustic_MPa.min(axis=1), pieces),
@@ -135,13 +144,20 @@ class Camera:
             return None
         return Snapshot(travel_mm, time_s, body, contact)
 
+    def _principal_stretches(self, components: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the roots of the eigenvalues of F^T F, ascending."""
+        C = np.empty((len(components), 3, 3))
+        for column, (i, j) in zip(components.T, self.COMPONENTS, strict=True):
+            C[:, i, j] = C[:, j, i] = column
+        return np.asarray(np.sqrt(np.linalg.eigvalsh(C)))
+
     def _gather(self, corners: NDArray[np.int64], fields: dict[str, NDArray[Any]]) -> Grid | None:
         """Join the cells of all ranks; points on the border of two ranks appear twice."""
         used, cells = np.unique(corners, return_inverse=True)
         local = {
             "points": self._scalar.tabulate_dof_coordinates()[used],
             "cells": cells.reshape(corners.shape),
-            "displacement": self._moved.x.array.reshape(-1, 3)[used],
+            "displacement_mm": self._moved.x.array.reshape(-1, 3)[used],
             **fields,
         }
         parts = self._problem.solid.mesh.comm.gather(local, root=0)
@@ -154,6 +170,6 @@ class Camera:
         return Grid(
             whole["points"],
             whole["cells"],
-            {"displacement": whole["displacement"]},
+            {"displacement_mm": whole["displacement_mm"]},
             {name: whole[name] for name in fields},
         )

@@ -65,12 +65,12 @@ class ContactSurface:
         dict
             ``contact_state``: `NO_CONTACT` where no quadrature point of the facet touches, else
             `SLIP` where at least half of the touching area slips, else `STICK`. Means over the
-            facet of ``contact_pressure`` (MPa) and, shape (m, 3), of ``contact_traction`` and
-            ``friction_traction`` (MPa): all that acts on the stalk, and its tangential part. They
-            are exactly zero where nothing touches. ``max_contact_pressure`` (MPa), the highest of
-            the quadrature points; ``gap`` to the cylinder (mm), the least of them; ``slip`` in this
-            step (mm, shape (m, 3)), the mean over those that touch. ``area`` (mm2). Stresses and
-            areas are those of the undeformed surface.
+            facet of ``contact_pressure_MPa`` and, shape (m, 3), of ``contact_traction_MPa`` and
+            ``friction_traction_MPa``: all that acts on the stalk, and its tangential part. They are
+            exactly zero where nothing touches. ``max_contact_pressure_MPa``, the highest of the
+            quadrature points; ``gap_mm`` to the cylinder, the least of them; ``slip_mm`` in this
+            step, shape (m, 3), the mean over those that touch. ``area_mm2``. Stresses and areas are
+            those of the undeformed surface.
         """
         values = evaluate_on_facets(self._expression, self._mesh, self._facets)
         rows = np.arange(len(self._facets))[:, None, None]
@@ -82,14 +82,14 @@ class ContactSurface:
         touched, slipped = (weights * touching).sum(axis=1), (weights * slipping).sum(axis=1)
         state = np.select([touched == 0.0, slipped < 0.5 * touched], [NO_CONTACT, STICK], SLIP)
         return {
-            "area": weights.sum(axis=1),
+            "area_mm2": weights.sum(axis=1),
             "contact_state": state.astype(np.int8),
-            "contact_pressure": _mean(pressure, weights),
-            "max_contact_pressure": pressure.max(axis=1),
-            "contact_traction": _mean(traction, weights),
-            "friction_traction": _mean(friction, weights),
-            "gap": gap.min(axis=1),
-            "slip": _mean(slip, weights * touching),
+            "contact_pressure_MPa": _mean(pressure, weights),
+            "max_contact_pressure_MPa": pressure.max(axis=1),
+            "contact_traction_MPa": _mean(traction, weights),
+            "friction_traction_MPa": _mean(friction, weights),
+            "gap_mm": gap.min(axis=1),
+            "slip_mm": _mean(slip, weights * touching),
         }
 
 

@@ -157,8 +157,8 @@ def _section_faces(
     surface: pv.PolyData = beyond.extract_surface(algorithm="dataset_surface")
     flat = np.abs(straightened(stalk, surface.points)[:, 2] - z_mm) < 1e-6
     at = np.asarray(surface.points[:, :2])
-    now = at + surface.point_data["displacement"][:, :2]
-    stress = surface.cell_data["axial_stress"]
+    now = at + surface.point_data["displacement_mm"][:, :2]
+    stress = surface.cell_data["axial_stress_MPa"]
     faces, moved, values = [], [], []
     for index, face in enumerate(surface.regular_faces):
         if not flat[face].all():

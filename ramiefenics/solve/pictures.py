@@ -7,7 +7,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Snapshot
-from ramiefenics.solve.fields import to_grid
+from ramiefenics.solve.fields import NORMALS, cylinders, to_grid
 from ramiefenics.solve.figures import STRESS_COLOURS
 from ramiefenics.solve.result import BendingResult
 
@@ -17,7 +17,7 @@ STEEL = "#9aa5b1"
 def largest_stress(result: BendingResult, number: int = -1) -> float:
     """Return the axial stress, MPa, that half a per cent of a snapshot's surface passes."""
     body = _whole(result.snapshots[number], result.test.numerics.domain)
-    return float(np.percentile(np.abs(body.cell_data["axial_stress"]), 99.5))
+    return float(np.percentile(np.abs(body.cell_data["axial_stress_MPa"]), 99.5))
 
 
 def deformed_picture(
@@ -46,7 +46,7 @@ def deformed_picture(
     plotter.set_background("white")
     plotter.add_mesh(
         body,
-        scalars="axial_stress",
+        scalars="axial_stress_MPa",
         cmap=STRESS_COLOURS,
         clim=(-limit, limit),
         ambient=0.25,
@@ -63,7 +63,7 @@ def deformed_picture(
             "label_font_size": 22,
         },
     )
-    for cylinder in _cylinders(result, snapshot.travel_mm):
+    for cylinder in cylinders(result.test, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
     plotter.add_text(
         f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.time_s):.1f} N",
@@ -90,35 +90,12 @@ def _force_at(result: BendingResult, time_s: float) -> float:
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
     """Mirror the modelled part to the whole stalk, without the faces where it was cut."""
     surface = to_grid(snapshot.body).extract_surface(algorithm="dataset_surface")
-    normals = {"quarter": ((1, 0, 0), (0, 0, 1)), "half": ((1, 0, 0),), "full": ()}[domain]
+    normals = NORMALS[domain]
     middle = surface.cell_centers().points
     cut = np.any([np.abs(middle @ normal) < 1e-6 for normal in normals], axis=0)
     if normals:
         surface = surface.extract_cells(~cut).extract_surface(algorithm="dataset_surface")
-    body = surface.warp_by_vector("displacement")
+    body = surface.warp_by_vector("displacement_mm")
     for normal in normals:
         body = body.append_polydata(body.reflect(normal, point=(0, 0, 0)))
     return body.clean()
-
-
-def _cylinders(result: BendingResult, travel_mm: float) -> list[pv.PolyData]:
-    """Return the fixture's cylinders where they are; a plate has a tenth of its width behind it."""
-    test, solids = result.test, []
-    width, length = 1.75 * test.stalk.outer_diameter_mm, test.stalk.length_mm
-    for cylinder in test.fixture.cylinders:
-        front = test.front_mm(cylinder) - (travel_mm if cylinder.moves else 0.0)
-        if cylinder.flat:
-            back = front + cylinder.up * width / 10.0
-            sides = (*sorted((front, back)), -0.55 * length, 0.55 * length)
-            solids.append(pv.Box((-width / 2.0, width / 2.0, *sides)))
-            continue
-        solids.append(
-            pv.Cylinder(
-                center=(0.0, front + cylinder.up * cylinder.radius_mm, cylinder.z_mm),
-                direction=(1, 0, 0),
-                radius=cylinder.radius_mm,
-                height=width,
-                resolution=96,
-            )
-        )
-    return solids

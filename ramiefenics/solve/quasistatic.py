@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from ramiefenics.solve.driven import Driven, Observed
 from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.solve.path import PathSegment, segments
@@ -140,7 +142,9 @@ class QuasiStatic(Generic[T]):
         self._motion: DynamicRelaxation | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
-        self._rate = self._u.copy()  # change in the last step, per travel or in a hold per time
+        self._rate = np.zeros_like(
+            self._u
+        )  # change in the last step, per travel or in a hold per time
         self._measured: T = observe()
         self._slope = self._last_length = 0.0
         self._largest_N = self._work_Nmm = 0.0  # so far; in the last step that was none of a hold
@@ -238,7 +242,7 @@ class QuasiStatic(Generic[T]):
             if not self._jumps:
                 self.ending = Ending("not converged", f"no equilibrium near {travel:.4f} mm")
                 return None
-            outcome = self._relax()
+            outcome = self._relax(length)
             if not outcome.converged:
                 before = self._segment.travel_mm(at)
                 self.ending = Ending("not converged", _explain(before, travel, outcome))
@@ -258,10 +262,8 @@ class QuasiStatic(Generic[T]):
         """Seek the equilibrium that continues the path."""
         push = self._segment.direction * length
         self._problem.place(push, self._segment.duration_s(length))
-        if self._segment.is_first and self._last_length == 0.0:
-            self._problem.first_guess(push)
-        else:
-            self._u[:] = self._last + self._change(length) * self._rate
+        self._start(length)
+        self._u[:] += self._change(length) * self._rate
         limit = UPDATE_LIMIT * (abs(push) or self._settings.max_step_mm)
         outcome = self.newton.solve(self._tolerance_N, limit)
         self.newton_iterations += outcome.iterations
@@ -269,9 +271,16 @@ class QuasiStatic(Generic[T]):
             log.info("no equilibrium: %s, residual %.2e N", outcome.reason, outcome.residual_N)
         return outcome
 
-    def _relax(self) -> NewtonOutcome:
-        """Let the structure move from its last accepted state to where it rests."""
-        self._u[:] = self._last
+    def _start(self, length: float) -> None:
+        """Go to the last accepted state, or at first to where all cylinders touch."""
+        if self._segment.is_first and self._last_length == 0.0:
+            self._problem.first_guess(self._segment.direction * length)
+        else:
+            self._u[:] = self._last
+
+    def _relax(self, length: float) -> NewtonOutcome:
+        """Let the structure move from where a step starts to where it rests."""
+        self._start(length)
         limit = UPDATE_LIMIT * self._settings.max_step_mm
         if self._motion is None:
             self._motion = DynamicRelaxation(self._problem, self.newton)

@@ -292,7 +292,7 @@ class BendingResult(Result):
         if self.snapshots:
             from ramiefenics.solve.fields import write_fields
 
-            write_fields(self.snapshots, folder / "fields")
+            write_fields(self, folder / "fields")
 
 
 def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:

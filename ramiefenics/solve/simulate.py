@@ -83,6 +83,7 @@ def simulate(
             if step.save:
                 searched = observer.search(step.observables)
                 step = dataclasses.replace(step, observables=searched)
+            if step.save or not steps:
                 snapshots.append(camera.take(step.travel_mm, step.time_s))
             steps.append(step)
             if on_step is not None:
