@@ -83,6 +83,40 @@ def test_paraview_reads_the_fields(folder: Path, bent: BendingResult) -> None:
     assert moved.compute_cell_sizes()["Volume"].min() > 0
 
 
+def test_tensors_agree_with_what_is_made_of_them(bent: BendingResult) -> None:
+    """Von Mises' stress of the components, and the stretches' product, against the volume ratio."""
+    fields = bent.snapshots[-1].body.cell_data
+    xx, yy, zz, xy, yz, xz = fields["stress_MPa"].T
+    squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    von_mises = np.sqrt(0.5 * squares + 3.0 * (xy**2 + yz**2 + xz**2))
+    assert von_mises == pytest.approx(fields["von_mises_MPa"], rel=1e-10)
+    stretches = fields["principal_stretches"]
+    assert np.all(np.diff(stretches, axis=1) >= 0.0)
+    e = fields["green_strain"]
+    trace = 0.5 * (stretches**2 - 1.0).sum(axis=1)
+    assert e[:, :3].sum(axis=1) == pytest.approx(trace, abs=1e-12)
+    # the lowest of the element's points is below that at the middle of a piece, but not far
+    ratio = stretches.prod(axis=1)
+    assert np.quantile(fields["min_volume_ratio"] / ratio, 0.99) < 1.05
+    start = bent.snapshots[0].body.cell_data
+    assert np.abs(start["green_strain"]).max() < 1e-12
+
+
+def test_paraview_gets_cylinders_numbers_and_a_state(folder: Path, bent: BendingResult) -> None:
+    reader = pv.get_reader(folder / "fields" / "fixture.pvd")
+    tops = []
+    for time in (0.0, 14.0):
+        reader.set_active_time_value(time)
+        cylinders = reader.read()[0]
+        tops.append(cylinders.bounds[3])
+        at = bent.curve["displacement_mm"].searchsorted(time)
+        assert cylinders.field_data["force_N"][0] == pytest.approx(bent.curve["force_N"][at])
+    assert tops[0] - tops[1] == pytest.approx(14.0, abs=1e-4)  # in single precision
+    state = (folder / "fields" / "paraview_state.py").read_text()
+    compile(state, "paraview_state.py", "exec")
+    assert "for normal in [(1, 0, 0), (0, 0, 1)]:" in state  # of the quarter model
+
+
 def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
     reader = pv.get_reader(folder / "fields" / "contact.pvd")
     assert reader.time_values == [s.travel_mm for s in bent.snapshots]

@@ -249,13 +249,12 @@ class Discovery(Result):
         unit = with_space(self.effects[name].unit)
         told = dict.fromkeys(("probability", "amplitude", "not excluded", "of the peak"), "")
         if name in self.limits:
-            limit = self.limits[name]
+            limit, there = self.limits[name], name in self.amplitudes
+            low, high = self.interval(name) if there else (limit.low, limit.high)
             told = {
                 "probability": f"{probability:.2f}",
-                "amplitude": f"{self.amplitudes[name]:.3g}{unit}"
-                if name in self.amplitudes
-                else "",
-                "not excluded": f"{limit.low:.2g} to {limit.high:.2g}{unit}",
+                "amplitude": f"{self.amplitudes[name]:.3g}{unit}" if there else "",
+                "not excluded": f"{low:.2g} to {high:.2g}{unit}",
                 "of the peak": f"{100 * limit.share:.2g} %",
             }
             imitators = ", ".join(limit.imitated_by[:3])
