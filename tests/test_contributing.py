@@ -77,7 +77,7 @@ def test_a_format_of_the_package_is_one_file_and_one_line(
     readers = tmp_path / "ramiefenics/measured/readers"
     (readers / "press.py").write_text(code)
     table = (readers / "__init__.py").read_text()
-    listed = table.replace("(INSTRON, COLUMNS)", "(INSTRON, COLUMNS, PRESS)")
+    listed = table.replace("(HEADINGS, COLUMNS)", "(HEADINGS, COLUMNS, PRESS)")
     assert listed != table
     line = "from ramiefenics.measured.readers.press import PRESS\n"
     first, rest = listed.split("from ramiefenics.specification import", 1)
@@ -111,7 +111,7 @@ def test_a_faulty_reader_is_told(
 
 def test_options_that_a_format_has_not_are_refused(raw: Path) -> None:
     with pytest.raises(rf.SpecificationError, match=r"rate_Hz = 5\.0 must be left out"):
-        rf.read_raw([raw], "instron", rate_Hz=5.0)
+        rf.read_raw([raw], "headings", rate_Hz=5.0)
 
 
 @pytest.fixture

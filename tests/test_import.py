@@ -59,7 +59,7 @@ def check(curve: pd.DataFrame) -> None:
 
 
 def test_a_bluehill_file_with_its_header(tmp_path: Path) -> None:
-    raw = only(rf.read_raw([bluehill(tmp_path / "a.csv")], "instron"))
+    raw = only(rf.read_raw([bluehill(tmp_path / "a.csv")], "headings"))
     check(raw.curve)
     assert raw.notes == ()
     assert raw.header == {
@@ -80,7 +80,7 @@ def test_other_units_and_columns_in_between(tmp_path: Path) -> None:
         more=(7.5,),
         cell=lambda value: f"{value:.9f}",
     )
-    curve = only(rf.read_raw([path], "instron")).curve
+    curve = only(rf.read_raw([path], "headings")).curve
     assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL, abs=1e-5)
     assert curve["force_N"].to_numpy() == pytest.approx(FORCE, abs=1e-3)
     assert curve["time_s"].iloc[-1] == pytest.approx(60 * 84.0)
@@ -96,7 +96,7 @@ def test_decimal_commas(tmp_path: Path, delimiter: str) -> None:
         text = text.replace('","', f'"{delimiter}"').replace("),(", f"){delimiter}(")
         text = text.replace("Time,Extension,Load", delimiter.join(("Time", "Extension", "Load")))
     path.write_text(text.replace(".", ",") if delimiter == "," else _commas(text))
-    raw = only(rf.read_raw([path], "instron"))
+    raw = only(rf.read_raw([path], "headings"))
     check(raw.curve)
     assert raw.header["Diameter (mm)"] == "14.23"
 
@@ -110,21 +110,21 @@ def _commas(text: str) -> str:
 def test_encodings_of_windows(tmp_path: Path, encoding: str) -> None:
     path = bluehill(tmp_path / "a.csv")
     path.write_text(path.read_text().replace("stalk 1", "Prüfling"), encoding=encoding)
-    assert only(rf.read_raw([path], "instron")).header["Specimen label"] == "Prüfling, lower"
+    assert only(rf.read_raw([path], "headings")).header["Specimen label"] == "Prüfling, lower"
 
 
 def test_units_beside_the_names(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv", header='"Results Table 1"\n', names="", units="")
     text = path.read_text().replace("\n\n", '\n"Time (sec)","Displacement (mm)","Force (N)"\n', 1)
     path.write_text(text)
-    check(only(rf.read_raw([path], "instron")).curve)
+    check(only(rf.read_raw([path], "headings")).curve)
 
 
 def test_tension_positive_records_are_turned_and_unloading_is_left_out(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv", scale=(-1.0, -1.0))
     back = [f'"{84 + i:.5f}","{-14 + i:.5f}","-1.00000"\n' for i in range(1, 5)]
     path.write_text(path.read_text() + "".join(back))
-    raw = only(rf.read_raw([path], "instron"))
+    raw = only(rf.read_raw([path], "headings"))
     check(raw.curve)
     assert len(raw.notes) == 3
     assert "last 4 rows, unloading" in raw.notes[2]
@@ -133,7 +133,7 @@ def test_tension_positive_records_are_turned_and_unloading_is_left_out(tmp_path:
 DEFECTS = [
     ("Extension", "Strain", r"^a\.csv must have a line that names a displacement"),
     ("(mm),", "(furlong),", r"^a\.csv, row 9, unit of Extension = 'furlong' must be one of um, mm"),
-    ("(s),(mm),(N)\n", "", r"^a\.csv, row 9, unit of Extension = '0.00000'.*in brackets"),
+    ("(s),(mm),(N)\n", "", r"^a\.csv, row 9, unit of Extension = '0.00000'.*below the col"),
     ('"0.10000"', '"0,1"', r"^a\.csv, row 11, column displacement_mm = '0,1' must be a number"),
     (
         '"0.60000","0.10000"',
@@ -156,7 +156,7 @@ def test_defects_of_a_bluehill_file(tmp_path: Path, old: str, new: str, message:
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(rf.SpecificationError, match=message) as caught:
-        rf.read_raw([path], "instron")
+        rf.read_raw([path], "headings")
     assert "\n" not in str(caught.value)
 
 
@@ -164,14 +164,14 @@ def test_a_file_without_rows(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(HEADER + "Time,Extension,Load\n(s),(mm),(N)\n")
     with pytest.raises(rf.SpecificationError, match=r"a\.csv has no rows of data below row 9"):
-        rf.read_raw([path], "instron")
+        rf.read_raw([path], "headings")
 
 
 def test_a_second_specimen_in_the_file_is_told(tmp_path: Path) -> None:
     path = bluehill(tmp_path / "a.csv")
     path.write_text(path.read_text() + "\nTime,Extension,Load\n")
     with pytest.raises(rf.SpecificationError, match=r"row 152.*'Extension'.*one specimen per file"):
-        rf.read_raw([path], "instron")
+        rf.read_raw([path], "headings")
 
 
 COMMENT = "# span 100 mm, 200 Hz\n// crosshead, load cell\nweg kraft\n\n"
@@ -253,24 +253,24 @@ def test_defects_of_a_text_file(tmp_path: Path, text: str, message: str) -> None
 
 def test_files_that_are_not_there_or_are_no_text(tmp_path: Path) -> None:
     with pytest.raises(rf.SpecificationError, match=r"cannot be read \(No such file"):
-        rf.read_raw([tmp_path / "none.csv"], "instron")
+        rf.read_raw([tmp_path / "none.csv"], "headings")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\x81\x8d\x00")
     with pytest.raises(rf.SpecificationError, match=r"must be text"):
-        rf.read_raw([tmp_path / "picture.csv"], "instron")
+        rf.read_raw([tmp_path / "picture.csv"], "headings")
 
 
 def test_same_names_take_their_folders(tmp_path: Path) -> None:
     for folder, strength in (("p1", 1.0), ("p2", 1.1)):
         (tmp_path / folder).mkdir()
         bluehill(tmp_path / folder / "Specimen_RawData_1.csv", scale=(1.0, strength))
-    found = rf.read_raw(sorted(tmp_path.rglob("*.csv")), "instron")
+    found = rf.read_raw(sorted(tmp_path.rglob("*.csv")), "headings")
     assert list(found) == ["p1_Specimen_RawData_1", "p2_Specimen_RawData_1"]
 
 
 def test_a_copy_of_another_file_is_told(tmp_path: Path) -> None:
     files = [bluehill(tmp_path / f"{name}.csv") for name in "ab"]
     with pytest.raises(rf.SpecificationError, match=r"b\.csv' must not be a copy of .*a\.csv"):
-        rf.read_raw(files, "instron")
+        rf.read_raw(files, "headings")
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> object:
@@ -290,7 +290,7 @@ def test_command_makes_a_data_set_that_is_read(
         "import",
         *files,
         "--format",
-        "instron",
+        "headings",
         "--out",
         out,
         "--speed",
@@ -304,10 +304,7 @@ def test_command_makes_a_data_set_that_is_read(
     assert data.records[0].row["Maximum Load (N)"] == "84.00000"
     assert data.layout.speed_mm_per_min == 10.0
     check(data.records[1].curve)
-    (out / "dataset.toml").write_text(
-        (out / "dataset.toml").read_text()
-        + '\n[specimens]\n"stalk.layers.phloem.outer_diameter_mm" = "Diameter (mm)"\n'
-    )
+    # without being told
     assert rf.read_dataset(out).records[0].test.stalk.outer_diameter_mm == 14.23
     assert run(monkeypatch, *arguments) == 2  # what was edited is not overwritten
 
@@ -318,10 +315,10 @@ def test_command_refuses_in_one_sentence_and_writes_nothing(
     path = bluehill(tmp_path / "a.csv")
     out = tmp_path / "set"
     for arguments, told in (
-        (["--format", "excel"], "format = 'excel' must be instron, columns, or a Py"),
-        (["--format", "instron", "--columns", "force_N"], "must be left out for the format instr"),
+        (["--format", "excel"], "format = 'excel' must be headings, columns, or a Py"),
+        (["--format", "headings", "--columns", "force_N"], "must be left out for the format headi"),
         (["--format", "columns", "--columns", "time_s,force_N"], "and the crosshead's speed"),
-        (["--format", "instron", "--baseline", "table9"], "'table9' must be one of"),
+        (["--format", "headings", "--baseline", "table9"], "'table9' must be one of"),
     ):
         arguments = ["--baseline", "table3", *arguments]
         assert run(monkeypatch, "import", path, "--out", out, *arguments) == 2
@@ -366,3 +363,118 @@ def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> Non
     (record,) = rf.read_raw([raw], "columns").values()
     assert record.curve["displacement_mm"].to_numpy() == pytest.approx(62.0 - position)
     assert "sign of displacement_mm turned" in record.notes[0]
+
+
+FIRST = 40
+"""Rows of the files below, which is enough to tell them apart."""
+
+
+def lines_of(order: str, between: str, number: str, comma: bool = False) -> str:
+    """Return rows of t, d and f in some order, as a machine writes them."""
+    rows = []
+    for d, f in zip(TRAVEL[:FIRST], FORCE[:FIRST], strict=True):
+        value = {"t": 6 * d, "d": d, "f": f}
+        rows.append(between.join(number % value[name] for name in order))
+    text = "\n".join(rows) + "\n"
+    return text.replace(".", ",") if comma else text
+
+
+WILD = {
+    "testxpert.csv": (
+        "utf-8-sig",
+        'Kunde;"";\nProbendurchmesser;14,23;mm\nStützweite;100,0;mm\n\n'
+        "Prüfzeit;Standardweg;Standardkraft\ns;mm;N\n",
+        lines_of("tdf", ";", "%.6f", comma=True),
+    ),
+    "trapezium.csv": (
+        "utf-8",
+        '"Diameter","14.23","mm"\n"Time","Force","Stroke"\n"sec","N","mm"\n',
+        lines_of("tfd", ",", '"%.5f"'),
+    ),
+    "testsuite.txt": (
+        "utf-16",
+        "MTS TestSuite\nDiameter\t14.23\tmm\nCrosshead \tLoad \tTime \nmm\tN\tsec\n",
+        lines_of("dft", "\t", "%.6f"),
+    ),
+    "essai.csv": (
+        "cp1252",
+        "Diamètre;14,23;mm\nTemps [s];Déplacement [mm];Charge [N]\n",
+        lines_of("tdf", ";", "%.6f", comma=True),
+    ),
+    "ensayo.csv": (
+        "utf-8",
+        "Diámetro,14.23,mm\nTiempo (s),Desplazamiento (mm),Carga (N)\n",
+        lines_of("tdf", ",", "%.6f"),
+    ),
+    "试验.csv": (
+        "gb18030",
+        "试样直径,14.23,mm\n时间(s),位移\uff08mm\uff09,试验力(N)\n",
+        lines_of("tdf", ",", "%.6f"),
+    ),
+    "slash.csv": ("utf-8", "Zeit in s,Weg in mm,Kraft / N\n", lines_of("tdf", ",", "%.6f")),
+}
+
+
+@pytest.mark.parametrize("name", WILD)
+def test_files_as_machines_write_them(name: str, tmp_path: Path) -> None:
+    encoding, head, rows = WILD[name]
+    path = tmp_path / name
+    path.write_text(head + rows, encoding=encoding)
+    curve = only(rf.read_raw([path])).curve  # the format is guessed
+    assert curve["displacement_mm"].to_numpy() == pytest.approx(TRAVEL[:FIRST], abs=1e-5)
+    assert curve["force_N"].to_numpy() == pytest.approx(FORCE[:FIRST], abs=1e-4)
+    assert curve["time_s"].to_numpy() == pytest.approx(6 * TRAVEL[:FIRST], abs=1e-4)
+
+
+def test_workbooks(tmp_path: Path) -> None:
+    rows = [[6 * d, d, f / 1000] for d, f in zip(TRAVEL, FORCE, strict=True)]
+    head = [["Diameter", 14.23, "mm"], [None] * 3, ["Time", "Deflection", "Load"]]
+    sheet = pd.DataFrame([*head, ["(s)", "(mm)", "(kN)"], *rows])
+    one, two = tmp_path / "one.xlsx", tmp_path / "two.xlsx"
+    for path, names in ((one, ["Raw"]), (two, ["Raw", "again"])):
+        with pd.ExcelWriter(path) as book:
+            pd.DataFrame([["Summary"]]).to_excel(
+                book, sheet_name="Results", index=False, header=False
+            )
+            for name in names:
+                sheet.to_excel(book, sheet_name=name, index=False, header=False)
+    raw = only(rf.read_raw([one]))
+    check(raw.curve)
+    assert raw.header["Diameter (mm)"] == "14.23"
+    with pytest.raises(rf.SpecificationError, match="must have one sheet"):
+        rf.read_raw([two])
+    bad = tmp_path / "bad.xlsx"
+    bad.write_bytes(b"PK nonsense")
+    with pytest.raises(rf.SpecificationError, match="cannot be read"):
+        rf.read_raw([bad], "headings")
+
+
+def test_plain_columns_are_guessed_last(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text(lines_of("df", " ", "%.6f"))
+    curve = only(rf.read_raw([path])).curve
+    assert curve["force_N"].to_numpy() == pytest.approx(FORCE[:FIRST], abs=1e-5)
+    path.write_text("neither this\nnor that\n")
+    with pytest.raises(rf.SpecificationError, match="must have a line that names"):
+        rf.read_raw([path])
+
+
+def test_import_takes_what_the_files_say_and_tells_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    encoding, head, rows = WILD["testxpert.csv"]
+    (tmp_path / "a.csv").write_text(head.replace("100,0", "120,0") + rows, encoding=encoding)
+    command = ["import", tmp_path / "a.csv", "--baseline", "table3", "--out", tmp_path / "set"]
+    assert run(monkeypatch, *command) == 0
+    told = capsys.readouterr().out
+    assert "read as headings" in told
+    assert "outer diameters of phloem are the files' 'Probendurchmesser (mm)'" in told
+    assert "the span of 120 mm is the files' 'Stützweite (mm)'" in told
+    test = rf.read_dataset(tmp_path / "set").records[0].test
+    assert test.stalk.outer_diameter_mm == 14.23
+    assert isinstance(test.fixture, rf.Fixture)
+    assert test.fixture.span_mm == 120.0
+    plain = tmp_path / "b.csv"
+    plain.write_text("Time (s),Extension (mm),Load (N)\n" + lines_of("tdf", ",", "%.6f"))
+    assert run(monkeypatch, "import", plain, "--baseline", "table3", "--out", tmp_path / "b") == 0
+    assert "no diameter in the files: all specimens have the baseline's" in capsys.readouterr().out

@@ -141,7 +141,7 @@ def test_bluehill_reads_back(
     else:
         heading = [between.join(names), between.join(units)]
     rows = [between.join(f'"{cell}"' for cell in row) for row in cells(length, force, comma)]
-    check(read("\n".join(["", *heading, *rows]), "instron"))
+    check(read("\n".join(["", *heading, *rows]), "headings"))
 
 
 @few

@@ -97,7 +97,7 @@ def test_raw_files_ask_for_a_baseline(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = str(tmp_path / "set")
-    command = ["ramiefenics", "import", "a.csv", "--format", "instron", "--out", out]
+    command = ["ramiefenics", "import", "a.csv", "--format", "headings", "--out", out]
     monkeypatch.setattr("sys.argv", command)
     with pytest.raises(SystemExit, match="2"):
         main()

@@ -107,7 +107,9 @@ def verify_command(
     studies = studies or list(STUDIES)
     for name in studies:
         if name not in STUDIES:
-            raise SpecificationError("studies", name, f"must be list or of {', '.join(STUDIES)}")
+            raise SpecificationError(
+                "studies", name, f"must be one of {', '.join(STUDIES)}, or list"
+            )
     warnings.simplefilter("ignore", SpecificationWarning)
     done: dict[str, Study] = {}
     with progress.checking(len(studies)) as tell:

@@ -16,14 +16,6 @@ from ramiefenics.specification import SpecificationError
 def import_command(
     raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine, one per specimen.")],
     out: Annotated[Path, typer.Option(help="Folder of the data set to make.")],
-    format: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME|FILE.py",
-            help="Of the files: instron, columns or another that docs/measured.md has, or a Python "
-            "file with a reader of yours.",
-        ),
-    ],
     baseline: Annotated[
         str,
         typer.Option(
@@ -31,6 +23,14 @@ def import_command(
             help="What stands for the specimens: a specification, or a published test of ramie.",
         ),
     ],
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME|FILE.py",
+            help="Of the files: headings, columns or another that docs/measured.md has, or a "
+            "Python file with a reader of yours. By default what takes the first file.",
+        ),
+    ] = None,
     columns: Annotated[
         str | None,
         typer.Option(
@@ -47,18 +47,23 @@ def import_command(
     ] = None,
 ) -> None:
     """Make a data-set folder from raw files of a testing machine."""
-    from ramiefenics.measured import find_reader, read_raw
-    from ramiefenics.measured.dataset_folder import check_new, write_dataset
+    from ramiefenics.measured import find_reader, guess_reader, read_raw
+    from ramiefenics.measured.dataset_folder import check_new, taken, write_dataset
 
     names = None if columns is None else tuple(columns.split(","))
     given = {"columns": names, "speed_mm_per_min": speed, "rate_Hz": rate}
     options = {name: value for name, value in given.items() if value is not None}
+    if format is None:
+        needed = {name: value for name, value in options.items() if name != "speed_mm_per_min"}
+        format = guess_reader(raw, options if names else needed).name
+        typer.echo(f"read as {format}")
     if "speed_mm_per_min" not in find_reader(format).options:
         options.pop("speed_mm_per_min", None)  # for the record only
     check_new(claim(out, MPI.COMM_SELF))
     curves = read_raw(raw, format, **options)
     write_dataset(curves, out, baseline, speed, format)
-    for told in (note for curve in curves.values() for note in curve.notes):
+    notes = [note for curve in curves.values() for note in curve.notes]
+    for told in (*notes, *taken(curves, baseline)[1]):
         typer.echo(f"note: {told}")
     typer.echo(f"{len(curves)} curves in {out}; see {out / 'dataset.toml'} for what to add")
 

@@ -8,7 +8,7 @@ from ramiefenics.measured.dataset import Dataset, read_dataset
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.noise import noise
 from ramiefenics.measured.raw import RawCurve, read_all
-from ramiefenics.measured.readers import READERS, Reader, find_reader, read_raw_file
+from ramiefenics.measured.readers import READERS, Reader, find_reader, guess_reader, read_raw_file
 from ramiefenics.measured.record import Record
 from ramiefenics.measured.seating import Seating, seat
 from ramiefenics.measured.slope import InitialSlope, initial_slope
@@ -23,6 +23,7 @@ __all__ = [
     "Record",
     "Seating",
     "find_reader",
+    "guess_reader",
     "initial_slope",
     "noise",
     "read_dataset",
@@ -32,7 +33,7 @@ __all__ = [
 
 
 def read_raw(
-    paths: Sequence[str | Path], format: str | Path, **options: Any
+    paths: Sequence[str | Path], format: str | Path | None = None, **options: Any
 ) -> dict[str, RawCurve]:
     """Read raw files of a testing machine.
 
@@ -41,7 +42,8 @@ def read_raw(
     paths
         One per specimen.
     format
-        A key of `READERS`, or a Python file that defines a `Reader`.
+        A key of `READERS`, or a Python file that defines a `Reader`; by default the first of
+        `READERS` that takes the first file.
     options
         Of the format, for instance ``columns=("time_s", "force_N"), speed_mm_per_min=20.0``; see
         its module in `ramiefenics.measured.readers`.
@@ -57,6 +59,6 @@ def read_raw(
     SpecificationError
         If there is no such format, it has no such option, or on the first defect of a file.
     """
-    reader = find_reader(format)
+    reader = guess_reader(paths, options) if format is None else find_reader(format)
     reader.check_options(options)
     return read_all(paths, lambda path: read_raw_file(reader, path, options))

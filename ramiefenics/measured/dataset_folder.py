@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import tomli_w
 
 from ramiefenics.measured import RawCurve
 from ramiefenics.measured.listing import SPECIMENS
+from ramiefenics.measured.readers.words import DIAMETERS, SPANS
 from ramiefenics.measured.record import REDUCED
-from ramiefenics.published import published_test
+from ramiefenics.measured.tables import parse_number
 from ramiefenics.results.draft import draft
-from ramiefenics.specification import (
-    Fixture,
-    SpecificationError,
-    read_test,
-)
+from ramiefenics.specification import Fixture, SpecificationError
 from ramiefenics.specification.files import archive_test
+from ramiefenics.specification.sources import as_test
 
 CURVES = "curves"
 """Folder of the curves."""
@@ -79,8 +79,7 @@ def write_dataset(
     """
     folder = Path(folder)
     check_new(folder)
-    own = baseline.endswith(".toml")
-    test = read_test(baseline) if own else published_test(baseline)
+    own, test = baseline.endswith(".toml"), as_test(baseline)
     layout: dict[str, object] = {"baseline": "baseline.toml" if own else baseline}
     if speed_mm_per_min is not None:
         layout["speed_mm_per_min"] = speed_mm_per_min
@@ -89,6 +88,7 @@ def write_dataset(
     test.fixture.check_beam(REDUCED)
     if isinstance(test.fixture, Fixture):
         layout["fixture"] = {"span_mm": test.fixture.span_mm}
+    layout |= taken(curves, baseline)[0]
     rows = [
         {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
         for name, raw in curves.items()
@@ -106,6 +106,54 @@ def write_dataset(
         for name, raw in curves.items():
             raw.curve.to_csv(made / CURVES / f"{name}.csv", index=False, float_format="%.8g")
     return folder
+
+
+def taken(
+    curves: Mapping[str, RawCurve], baseline: str
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Return what raw files' headers say of specimens and supports, as in ``dataset.toml``.
+
+    Parameters
+    ----------
+    curves
+        By specimen.
+    baseline
+        What stands for them.
+
+    Returns
+    -------
+    tuple
+        Tables for ``dataset.toml``, and what was taken from where, a sentence each.
+    """
+    test = as_test(baseline)
+    outermost = test.stalk.layers[-1].name
+    found: dict[str, dict[str, Any]] = {}
+    diameter, span = (_said_by_all(curves, words) for words in (DIAMETERS, SPANS))
+    if diameter:
+        found["specimens"] = {f"stalk.layers.{outermost}.outer_diameter_mm": diameter}
+        told = [f"the outer diameters of {outermost} are the files' {diameter!r}"]
+    else:
+        size = test.stalk.outer_diameter_mm
+        told = [f"no diameter in the files: all specimens have the baseline's, {size:g} mm"]
+    spans = {float(raw.header[span]) for raw in curves.values()} if span else set()
+    if len(spans) == 1 and isinstance(test.fixture, Fixture):
+        (value,) = spans
+        found["fixture"] = {"span_mm": value}
+        told.append(f"the span of {value:g} mm is the files' {span!r}")
+    elif isinstance(test.fixture, Fixture):
+        told.append(f"the span is the baseline's, {test.fixture.span_mm:g} mm")
+    return found, told
+
+
+def _said_by_all(curves: Mapping[str, RawCurve], words: Sequence[str]) -> str:
+    """Return the first key of all headers with one of some words and a length in mm; or none."""
+    first = next(iter(curves.values())).header
+    for key in first:
+        named = any(word in key.lower() for word in words) and "(mm)" in key.lower()
+        values = [parse_number(raw.header.get(key, "")) for raw in curves.values()]
+        if named and all(math.isfinite(value) and value > 0.0 for value in values):
+            return key
+    return ""
 
 
 def _renamed(header: Mapping[str, str]) -> dict[str, str]:

@@ -54,8 +54,15 @@ class Row:
     cells: Sequence[str]
 
 
-def read_lines(path: Path) -> list[str]:
+def read_lines(path: Path, encodings: Sequence[str] = ENCODINGS) -> list[str]:
     """Return the lines of a text file of unknown encoding.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    encodings
+        To try.
 
     Raises
     ------
@@ -66,7 +73,7 @@ def read_lines(path: Path) -> list[str]:
         data = path.read_bytes()
     except OSError as error:
         raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
-    for encoding in ENCODINGS:
+    for encoding in encodings:
         if encoding == "utf-16" and data[:2] not in (b"\xff\xfe", b"\xfe\xff"):
             continue
         try:

@@ -1,16 +1,39 @@
 """Formats of raw files, one module each; a new one is listed here."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ramiefenics.measured.readers.base import Reader, read_raw_file
 from ramiefenics.measured.readers.columns import COLUMNS
-from ramiefenics.measured.readers.instron import INSTRON
+from ramiefenics.measured.readers.headings import HEADINGS
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.user_file import load_objects
 
-READERS: dict[str, Reader] = {reader.name: reader for reader in (INSTRON, COLUMNS)}
+READERS: dict[str, Reader] = {reader.name: reader for reader in (HEADINGS, COLUMNS)}
 
-__all__ = ["READERS", "Reader", "find_reader", "read_raw_file"]
+__all__ = ["READERS", "Reader", "find_reader", "guess_reader", "read_raw_file"]
+
+
+def guess_reader(paths: Sequence[str | Path], options: Mapping[str, Any]) -> Reader:
+    """Return the first reader that has certain options, and takes the first file.
+
+    Raises
+    ------
+    SpecificationError
+        Of the first such reader, if none does; or if there is no file.
+    """
+    if not paths:
+        raise SpecificationError("raw", None, "must name at least one file")
+    refused = None
+    for reader in READERS.values():
+        if set(options) <= set(reader.options):
+            try:
+                read_raw_file(reader, Path(paths[0]), options)
+                return reader
+            except SpecificationError as error:
+                refused = refused or error
+    raise refused or SpecificationError("options", ", ".join(options), "belong to no format")
 
 
 def find_reader(format: str | Path) -> Reader:

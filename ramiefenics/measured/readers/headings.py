@@ -1,6 +1,8 @@
-"""Raw data as Instron's Bluehill exports it: a header of keys and values, names, units, rows.
+"""Raw data with a line of headings: most machines' text exports, and Excel workbooks.
 
-Comma, semicolon or tab between cells, quoted or not, decimal point or comma; lines such as
+Instron's Bluehill, ZwickRoell's testXpert, MTS TestSuite, Shimadzu's Trapezium and others write a
+header of keys and values, the columns' names, their units (beside the names, in them or below), and
+rows; comma, semicolon or tab between cells, quoted or not, decimal point or comma:
 
     Specimen properties : Diameter,"14,0",mm
 
@@ -14,11 +16,14 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+
+import pandas as pd
 
 from ramiefenics.measured.raw import RawCurve, read_numbers
 from ramiefenics.measured.readers.base import Reader
+from ramiefenics.measured.readers.words import NAMES, UNIT_SPELLINGS
 from ramiefenics.measured.tables import (
     UNITS,
     make_table,
@@ -29,44 +34,28 @@ from ramiefenics.measured.tables import (
 )
 from ramiefenics.specification import SpecificationError
 
-NAMES: dict[str, tuple[str, ...]] = {
-    "displacement_mm": (
-        "extension",
-        "displacement",
-        "flexure extension",
-        "flexural extension",
-        "compressive extension",
-        "flexural displacement",
-        "compressive displacement",
-        "crosshead",
-        "position",
-    ),
-    "force_N": (
-        "load",
-        "force",
-        "flexure load",
-        "flexural load",
-        "compressive load",
-        "flexural force",
-        "compressive force",
-    ),
-    "time_s": ("time", "total time", "test time"),
-}
-"""What a column is called; the first that is there is taken."""
-
 DELIMITERS = (",", ";", "\t")
 
+WORKBOOKS = (".xlsx", ".xlsm")
 
-def read_instron(path: Path) -> RawCurve:
-    """Read a raw file of Bluehill.
+BESIDE = re.compile(
+    r"\s*[(\[\uff08]\s*([^)\]\uff09]*?)\s*[)\]\uff09]\s*$|\s*/\s*(\w+)\s*$|\s+in\s+(\w+)\s*$"
+)
+"""A unit behind a name: in brackets, behind a slash, or behind "in"."""
+
+Columns = dict[str, int]
+"""Place of each quantity."""
+
+
+def read_headings(path: Path) -> RawCurve:
+    """Read a raw file with headings.
 
     Raises
     ------
     SpecificationError
         On the first defect: file, row, and what to do.
     """
-    lines = read_lines(path)
-    names, delimiter, columns = _names(path, lines)
+    lines, (names, delimiter, columns) = _found(path)
     cells = _split(lines[names], delimiter)
     units, first = _units(path, cells, columns, lines, names, delimiter)
     rows = [
@@ -86,11 +75,58 @@ def read_instron(path: Path) -> RawCurve:
     return RawCurve(path, curve, _header(lines[:names], delimiter))
 
 
+def _found(path: Path) -> tuple[list[str], tuple[int, str, Columns]]:
+    """Return the lines, and where the headings are, in whichever encoding or sheet has any."""
+    if path.suffix.lower() in WORKBOOKS:
+        versions = _sheets(path)
+    else:
+        versions = [read_lines(path)]
+        if _names(path, versions[0]) is None:  # Chinese text passes for a Western encoding
+            versions += [read_lines(path, ("gb18030",))] if _is_bytes(path, "gb18030") else []
+    with_names = [(lines, at) for lines in versions if (at := _names(path, lines)) is not None]
+    if len(with_names) > 1:
+        allowed = "must have one sheet with a force and a displacement; export each specimen apart"
+        raise SpecificationError(path.name, len(with_names), allowed)
+    if with_names:
+        return with_names[0]
+    raise SpecificationError(
+        path.name,
+        None,
+        f"must have a line that names a displacement ({', '.join(NAMES['displacement_mm'][:3])}, "
+        f"...) and a force ({', '.join(NAMES['force_N'][:3])}, ...); rename its columns so, or "
+        "use the format columns",
+    )
+
+
+def _is_bytes(path: Path, encoding: str) -> bool:
+    try:
+        path.read_bytes().decode(encoding)
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def _sheets(path: Path) -> list[list[str]]:
+    """Return the sheets of a workbook as lines, tabs between cells."""
+    try:
+        sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object)
+    except (OSError, ValueError, KeyError) as error:
+        raise SpecificationError("file", str(path), f"cannot be read ({error})") from error
+    return [
+        ["\t".join(_text(cell) for cell in row) for row in sheet.itertuples(index=False)]
+        for sheet in sheets.values()
+    ]
+
+
+def _text(cell: object) -> str:
+    return "" if cell is None or cell != cell else re.sub(r"\s+", " ", str(cell))
+
+
 def _split(line: str, delimiter: str) -> list[str]:
     return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
 
 
-def _names(path: Path, lines: Sequence[str]) -> tuple[int, str, dict[str, int]]:
+def _names(path: Path, lines: Sequence[str]) -> tuple[int, str, Columns] | None:
     """Find the line with the columns' names, what is between them, and who is where."""
     for index, line in enumerate(lines):
         for delimiter in DELIMITERS:
@@ -106,52 +142,49 @@ def _names(path: Path, lines: Sequence[str]) -> tuple[int, str, dict[str, int]]:
                         where = f"{path.name}, row {index + 1}, column"
                         raise SpecificationError(where, plain[place], "must not occur twice")
                 return index, delimiter, columns
-    raise SpecificationError(
-        path.name,
-        None,
-        f"must have a line that names a displacement ({', '.join(NAMES['displacement_mm'][:3])}, "
-        f"...) and a force ({', '.join(NAMES['force_N'][:3])}, ...); rename its columns so, or "
-        "use the format columns",
-    )
+    return None
 
 
 def _bare(cell: str) -> str:
     """Return a column's name without its unit."""
-    return re.sub(r"\s*\(.*\)$", "", cell).strip().lower()
+    return BESIDE.sub("", cell).strip().lower()
 
 
 def _units(
     path: Path,
     cells: Sequence[str],
-    columns: Mapping[str, int],
+    columns: Columns,
     lines: Sequence[str],
     names: int,
     delimiter: str,
 ) -> tuple[dict[str, str], int]:
     """Return units by column, beside the names or below, and the index of the line after."""
-    beside = [re.search(r"\((.*)\)$", cell.strip()) for cell in cells]
+    beside = [BESIDE.search(cell.strip()) for cell in cells]
     if all(beside[place] for place in columns.values()):
-        found = {n: _known(m[1].strip()) for n, i in columns.items() if (m := beside[i])}
-        return found, names + 1
+        return {
+            name: _known(next(filter(None, match.groups()), ""))
+            for name, place in columns.items()
+            if (match := beside[place])
+        }, names + 1
     below = _split(lines[names + 1], delimiter) if names + 1 < len(lines) else []
     units = {}
     for name, place in columns.items():
         text = below[place].strip() if place < len(below) else ""
-        if not (text.startswith("(") and text.endswith(")")):
+        unit = _known(text.strip("()[]\uff08\uff09 "))
+        if not unit or math.isfinite(parse_number(unit.replace(",", "."))):
             raise SpecificationError(
                 f"{path.name}, row {names + 2}, unit of {cells[place].strip()}",
                 text,
-                "must be a unit in brackets such as (mm), (N) or (s), below the column's name",
+                "must be a unit such as (mm), (N) or (s), below the column's name or beside it",
             )
-        units[name] = _known(text[1:-1].strip())
+        units[name] = unit
     return units, names + 2
 
 
 def _known(unit: str) -> str:
     """Return a unit as the tables spell it."""
-    spelt = {"sec": "s", "inch": "in", "KN": "kN"}
     every = [known for table in UNITS.values() for known in table]
-    return unit if unit in every else spelt.get(unit, unit)
+    return unit if unit in every else UNIT_SPELLINGS.get(unit.lower(), unit)
 
 
 def _header(lines: Sequence[str], delimiter: str) -> dict[str, str]:
@@ -172,4 +205,9 @@ def _header(lines: Sequence[str], delimiter: str) -> dict[str, str]:
     return found
 
 
-INSTRON = Reader("instron", "What Instron's Bluehill exports as raw data.", read_instron)
+HEADINGS = Reader(
+    "headings",
+    "Text or Excel with headings, in English, German, French, Spanish or Chinese: Instron, "
+    "ZwickRoell, MTS, Shimadzu and others.",
+    read_headings,
+)
