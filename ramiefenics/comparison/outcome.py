@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.record import Record
+from ramiefenics.measured.seating import toe_mm
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.results.text import stack
 from ramiefenics.solve.result import BendingResult
@@ -43,9 +44,14 @@ class Pair:
 
     @property
     def recorded(self) -> pd.DataFrame:
-        """The simulation as its machine records it: ``displacement_mm``, ``force_N``."""
+        """The simulation as its machine records it: ``displacement_mm``, ``force_N``.
+
+        Where the measured displacement begins behind a toe, it does, too.
+        """
         loading = self.result.loading[["recorded_displacement_mm", "recorded_force_N"]]
-        return loading.set_axis(["displacement_mm", "force_N"], axis=1)
+        travel, force = loading.to_numpy().T
+        toe = toe_mm(lambda at: np.interp(at, travel, force), self.record.straight_mm)
+        return pd.DataFrame({"displacement_mm": travel - toe, "force_N": force})
 
     @cached_property
     def at_mm(self) -> Array:

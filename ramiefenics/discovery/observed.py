@@ -11,6 +11,7 @@ from scipy.interpolate import Akima1DInterpolator
 from ramiefenics.discovery.blocks import Array, Blocks
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
+from ramiefenics.measured.seating import toe_mm
 from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS_OF_A_LINE = 21
@@ -31,12 +32,15 @@ class Observed:
         Largest measured force of each, to which its noise refers, shape (r,).
     blocks
         Which curves are of the same specimen.
+    straight_mm
+        Of each curve, see `Record`; None, the default, where no displacement was zeroed by it.
     """
 
     at_mm: Array
     force_N: Array
     peak_N: Array
     blocks: Blocks
+    straight_mm: tuple[tuple[float, float] | None, ...] | None = None
 
 
 def observe(dataset: Dataset) -> Observed:
@@ -54,7 +58,8 @@ def observe(dataset: Dataset) -> Observed:
         [[level(r.curve, d, _half(own)) for d in own] for r, own in zip(records, at, strict=True)]
     )
     blocks = Blocks.of([record.specimen for record in records], at.shape[1])
-    return Observed(at, force, force.max(axis=1), blocks)
+    straight = tuple(record.straight_mm for record in records)
+    return Observed(at, force, force.max(axis=1), blocks, straight)
 
 
 def _half(at_mm: Array) -> float:
@@ -62,12 +67,19 @@ def _half(at_mm: Array) -> float:
     return float(at_mm[1] - at_mm[0]) / 2.0
 
 
-def read(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
+def read(
+    test: BendingTest,
+    curve: pd.DataFrame,
+    at_mm: Array,
+    straight_mm: tuple[float, float] | None = None,
+) -> Array:
     """Read the recorded force off a simulated curve as off a measured one, N, shape (m,).
 
     A straight line is put through the points around each displacement: at a kink, such as the end
-    of a gap, that is not the curve's own value.
+    of a gap, that is not the curve's own value. Where the measured displacement begins behind a
+    toe (`straight_mm`), the simulated one does, too.
     """
+    toe = toe_mm(lambda at: recorded(test, curve, at), straight_mm)
     offsets = _half(at_mm) * np.linspace(-1.0, 1.0, POINTS_OF_A_LINE)
     inside = at_mm[:, None] + offsets <= at_mm[-1] + 1e-9
     number = inside.sum(axis=1, keepdims=True)
@@ -75,7 +87,7 @@ def read(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     around = inside * (offsets - middle)
     weights = inside / number - middle * around / (around**2).sum(axis=1, keepdims=True)
     points = np.minimum(at_mm[:, None] + offsets, at_mm[-1])
-    forces = recorded(test, curve, points.ravel()).reshape(points.shape)
+    forces = recorded(test, curve, toe + points.ravel()).reshape(points.shape)
     return np.asarray((weights * forces).sum(axis=1))
 
 

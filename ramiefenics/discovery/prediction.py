@@ -22,6 +22,9 @@ from ramiefenics.specification import BendingTest, Machine
 SMOOTH_MODES = 5
 """Cosines along the displacement that a smooth error is made of."""
 
+TOE = 0.1
+"""Of the travel, which a simulated curve's toe may take where the measured ones' are left out."""
+
 
 class Predictor:
     """Predicts what a data set's machine records.
@@ -107,6 +110,8 @@ class Predictor:
     ) -> CurveTask:
         """Return the task of a curve as far as the data go, with derivatives."""
         travel = float(self._at.max())  # the same for all, so that they learn from one another
+        if any(self._observed.straight_mm or ()):
+            travel *= 1.0 + TOE
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )
@@ -205,7 +210,9 @@ class Predictor:
 
     def read(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         """Read the first curves, shape (len(tests), m)."""
-        return np.array([read(t, c, a) for t, c, a in zip(tests, curves, self._at, strict=False)])
+        straight = self._observed.straight_mm or [None] * len(self._at)
+        each = zip(tests, curves, self._at, straight, strict=False)
+        return np.array([read(*one) for one in each])
 
 
 def smooth(curves: int, points: int) -> Array:

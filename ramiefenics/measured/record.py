@@ -13,7 +13,7 @@ import pandas as pd
 from ramiefenics.measured.curve_file import read_curve
 from ramiefenics.measured.layout import Layout
 from ramiefenics.measured.noise import Array
-from ramiefenics.measured.seating import seat
+from ramiefenics.measured.seating import seat, straight_part
 from ramiefenics.specification import BendingTest, SpecificationError
 
 log = logging.getLogger(__name__)
@@ -43,6 +43,9 @@ class Record:
         Displacements between which it is compared.
     row
         Cells of `specimens.csv`, and of `tests.csv` if there is one, by column, as text.
+    straight_mm
+        Where the part of the curve begins and ends by whose line the displacement was zeroed; None
+        if it was not.
     after
         Rows of what follows the loading (`test.protocol.then`), as recorded; empty if nothing does.
     """
@@ -54,6 +57,7 @@ class Record:
     range_mm: tuple[float, float] = (0.0, 0.0)
     row: Mapping[str, str] = field(default_factory=dict)
     after: pd.DataFrame = field(default_factory=pd.DataFrame)
+    straight_mm: tuple[float, float] | None = None
 
     @property
     def at_mm(self) -> Array:
@@ -106,7 +110,8 @@ def read_record(
         test = replace(test, protocol=replace(test.protocol, travel_mm=end))
     log.info("%s: %d rows to %.3f mm", names[0], len(curve), end)
     high = end if layout.to_mm is None else layout.to_mm
-    return Record(*names, test, curve, (layout.from_mm, high), row, after)
+    straight = straight_part(recorded, layout.seating)
+    return Record(*names, test, curve, (layout.from_mm, high), row, after, straight)
 
 
 def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:

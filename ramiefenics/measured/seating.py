@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from ramiefenics.measured.noise import noise
+from ramiefenics.measured.noise import Array, noise
 from ramiefenics.measured.records import LEAST_ROWS
 from ramiefenics.measured.slope import initial_slope
 from ramiefenics.specification import SpecificationError
@@ -17,6 +20,9 @@ ZEROS = ("machine", "threshold", "toe")
 
 NOISE_FACTOR = 5.0
 """Times the standard deviation of the noise is a force that is none."""
+
+ROUNDS, POINTS = 3, 21
+"""Of the search for a simulated curve's toe; on its straight part."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,48 @@ def seat(curve: pd.DataFrame, seating: Seating) -> pd.DataFrame:
         allowed = f"must leave at least {LEAST_ROWS} rows of the curve, but leaves {len(moved)}"
         raise SpecificationError("seating.zero", seating.zero, allowed)
     return moved
+
+
+def straight_part(curve: pd.DataFrame, seating: Seating) -> tuple[float, float] | None:
+    """Return where a seated curve's straight part begins and ends, mm, if its toe is left out.
+
+    Parameters
+    ----------
+    curve, seating
+        As for `seat`.
+    """
+    if seating.zero != "toe":
+        return None
+    found = initial_slope(curve.assign(force_N=curve["force_N"] + seating.preload_N))
+    return found.from_mm - found.zero_mm, found.to_mm - found.zero_mm
+
+
+def toe_mm(
+    force_N: Callable[[Array], NDArray[Any]], straight_mm: tuple[float, float] | None
+) -> float:
+    """Return how far the toe of another curve reaches, that is to be read as a seated one.
+
+    By the least-squares line through what corresponds to the seated curve's straight part. The
+    result is as smooth in the forces as these are.
+
+    Parameters
+    ----------
+    force_N
+        From displacements, mm, to forces.
+    straight_mm
+        Of the seated curve; None if its toe is there.
+    """
+    if straight_mm is None:
+        return 0.0
+    toe = 0.0
+    for _ in range(ROUNDS):
+        at = toe + np.linspace(*straight_mm, POINTS)
+        slope, force = np.polyfit(at - at.mean(), force_N(at), 1)
+        if not slope > 0.0:
+            allowed = "must leave simulated curves that rise where the measured ones are straight"
+            raise SpecificationError("seating.zero", "toe", allowed)
+        toe = float(at.mean() - force / slope)
+    return toe
 
 
 def _toe(curve: pd.DataFrame) -> float:
