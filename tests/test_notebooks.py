@@ -29,7 +29,6 @@ def test_first_notebook_runs_and_the_announced_warning_shows() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long
 @pytest.mark.parametrize("path", OTHERS, ids=lambda path: path.stem)
 def test_other_notebooks_run(path: Path) -> None:
     executed(path)
