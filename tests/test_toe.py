@@ -65,6 +65,16 @@ def test_a_toe_is_as_smooth_as_the_forces() -> None:
     assert slopes == pytest.approx([slopes[0]] * 3, rel=0.01)
 
 
+def test_an_offset_of_the_load_moves_the_zero_by_what_it_is_worth() -> None:
+    """As on the machine: by the offset over the slope, here farther than the straight part."""
+    straight = straight_part(simulated(0.01), TOE)
+    offset, toe = 30.0, toe_mm(bent_N, straight)
+    moved = toe_mm(lambda x: np.where(x < 0.0, offset, bent_N(x) + offset), straight)
+    assert straight is not None
+    slope = float(np.diff(bent_N(np.array(straight)))[0] / (straight[1] - straight[0]))
+    assert toe - moved == pytest.approx(offset / slope, rel=0.05)  # a secant's slope
+
+
 def test_other_seatings_leave_the_toe() -> None:
     assert straight_part(simulated(0.01), Seating()) is None
     assert toe_mm(bent_N, None) == 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from collections.abc import Iterator
 
 import matplotlib as mpl
@@ -48,7 +49,7 @@ def residual_figure(found: Discovery) -> Figure:
             whole = ~np.isin(found.observed.blocks.specimen, list(fit.evidence.broken))
             left, simulator = (100.0 * part[whole] for part in fit.remaining())
             _residuals(axes, found.observed.at_mm[whole], left, simulator)
-            axes.set_title(title, fontsize=10)
+            axes.set_title(textwrap.fill(title, TITLE_WIDTH), fontsize=10)
         panels[0].set_ylabel("Measured minus fitted (% of peak force)")
         panels[0].legend(fontsize=8, frameon=False)
     return figure
@@ -152,3 +153,7 @@ def left_out_figure(found: Discovery) -> Figure:
         figure.supxlabel("Displacement (mm)", fontsize=10)
         figure.supylabel("Force (N)", fontsize=10)
     return figure
+
+
+TITLE_WIDTH = 45
+"""Characters of a line above a panel."""

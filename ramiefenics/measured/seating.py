@@ -122,7 +122,7 @@ def toe_mm(
         return 0.0
     toe = 0.0
     for _ in range(ROUNDS):
-        at = toe + np.linspace(*straight_mm, POINTS)
+        at = max(toe, 0.0) + np.linspace(*straight_mm, POINTS)  # before, nothing is touched
         slope, force = np.polyfit(at - at.mean(), force_N(at), 1)
         if not slope > 0.0:
             allowed = "must leave simulated curves that rise where the measured ones are straight"
