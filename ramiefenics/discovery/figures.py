@@ -35,6 +35,9 @@ MOST_CURVES = 12
 MOST_SUSPECTS = 15
 """Drawn, the most probable first."""
 
+TITLE_WIDTH = 45
+"""Characters of a line above a panel."""
+
 
 def residual_figure(found: Discovery) -> Figure:
     """Draw what the baseline leaves, and what the extended model leaves, if there is one."""
@@ -153,7 +156,3 @@ def left_out_figure(found: Discovery) -> Figure:
         figure.supxlabel("Displacement (mm)", fontsize=10)
         figure.supylabel("Force (N)", fontsize=10)
     return figure
-
-
-TITLE_WIDTH = 45
-"""Characters of a line above a panel."""
