@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,9 +15,9 @@ from folders import check_folder, check_print
 from formula import Formula
 
 import ramiefenics as rf
+from ramiefenics.discovery.linearised import Linearised, Model
+from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
-from ramiefenics.runs import Done
-from ramiefenics.runs.curve import CurveTask
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -152,21 +153,20 @@ def test_two_causes_are_both_named(tmp_path: Path) -> None:
     assert machine.compliance_mm_per_N == pytest.approx(found.amplitudes[COMPLIANCE.name])
 
 
-class Jumping(Formula):
-    """Stalks on any span but those of the tests jump."""
+def test_what_makes_stalks_jump_is_refused_with_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    linearise = Predictor.linearise
 
-    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        jump = rf.SpecificationError("displacement_mm", 7.0, "must be passed without a jump")
-        return [
-            Done(None, jump) if task.smooth and task.test.fixture.span_mm < 98.0 else done
-            for task, done in zip(tasks, super().map(tasks), strict=True)
-        ]
+    def jumping(self: Predictor, model: Model, suspects: Any, smooth: bool = False) -> Linearised:
+        if smooth and SPAN.name in model.effects:
+            raise rf.SpecificationError("displacement_mm", 7.0, "must be passed without a jump")
+        return linearise(self, model, suspects, smooth)
 
-
-def test_what_makes_stalks_jump_is_refused_with_the_reason(tmp_path: Path) -> None:
+    monkeypatch.setattr(Predictor, "linearise", jumping)
     make_dataset(tmp_path, Secret(SPAN, -8.0), 28, Formula())
     change_layout(tmp_path, "fit_sd = .*", "fit_sd = 0.02")
-    found = rf.discover(tmp_path, {SPAN.name: SPAN, GAP.name: GAP}, runs=Jumping())
+    found = discover_among(tmp_path, SPAN, GAP)
     assert SPAN.name not in found.causes
     assert "without a jump" in found.reasons[SPAN.name]
 

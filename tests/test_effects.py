@@ -103,6 +103,21 @@ def test_a_centred_gradient_changes_no_mean(stalk, own_gradient):
     assert moduli[1] - moduli[0] == pytest.approx(np.array([-1, 0, 1]) * 0.125 * in_the_middle)
 
 
+def test_lengths_are_judged_by_the_span(stalk):
+    """What is typical of 100 mm is half of that on 50 mm; once is enough."""
+    short = rf.override(stalk, ["fixture.span_mm=50"])
+    for name in ("span_error", "seating_gap", "off_centre_indenter"):
+        effect = EFFECTS[name]
+        sized = effect.sized([short, short])
+        assert sized.typical == pytest.approx(0.5 * effect.typical)
+        assert sized.bounds == pytest.approx(tuple(0.5 * np.array(effect.bounds)))
+        assert sized.sized([short]).typical == pytest.approx(sized.typical)
+        assert effect.sized([stalk]).typical == pytest.approx(effect.typical)
+    assert EFFECTS["machine_compliance"].sized([short]) is EFFECTS["machine_compliance"]
+    ring = rf.override(stalk, ["fixture.span_mm=0", "fixture.support_radius_mm=inf"])
+    assert EFFECTS["seating_gap"].sized([ring]) is EFFECTS["seating_gap"]
+
+
 def axial_MPa(test):
     return test.stalk.layers[0].material.scaled(test.stalk.stiffness_factor).elastic.E_Z_MPa
 

@@ -138,7 +138,8 @@ def _told(effect: Effect) -> str:
         effect.name: effect.physics,
         "Reference": effect.reference,
         "Amplitude": f"{low:g} to {high:g}{_unit(effect)}, typically {effect.typical:g}"
-        + (", another one in every specimen" if effect.per_specimen else ""),
+        + (", another one in every specimen" if effect.per_specimen else "")
+        + (f"; for a span of {effect.span_mm:g} mm, in proportion" if effect.span_mm else ""),
         "Enters": effect.enters,
         "Comes with": ", ".join(map(str, effect.companions)),
         "Covariates": ", ".join(effect.covariates.values()),

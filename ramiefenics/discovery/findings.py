@@ -22,6 +22,9 @@ VISIBLE = 0.02
 MOST = 4
 """Suspects that are listed in a sentence."""
 
+UNUSUAL = 3.0
+"""Amplitude over the typical one, which is its standard deviation beforehand, that is doubted."""
+
 
 def findings(found: Discovery) -> list[str]:
     """Return sentences, the verdict's first."""
@@ -129,7 +132,11 @@ def _size(found: Discovery, name: str) -> str:
         return _words(name)
     low, high = found.interval(name)
     value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
-    return f"{_words(name)}: {value} (95 % interval {low:.3g} to {high:.3g})"
+    times = found.amplitudes[name] / found.effects[name].typical
+    far = f", {times:.2g} times what is typical: it may stand for something else" * (
+        times > UNUSUAL
+    )
+    return f"{_words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far})"
 
 
 def with_space(unit: str) -> str:

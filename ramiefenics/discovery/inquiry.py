@@ -95,7 +95,7 @@ class _Inquiry:
     ) -> None:
         tests = [record.test for record in dataset.records]
         self._dataset, self._stage = dataset, on_stage
-        self._effects = {name: effect.centred(tests) for name, effect in effects.items()}
+        self._effects = {n: effect.centred(tests).sized(tests) for n, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
         self._predictor = Predictor(tests, self._observed, self._runs)

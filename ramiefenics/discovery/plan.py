@@ -190,6 +190,7 @@ def plan(
         with workers() as pool:
             return plan(test, others, design, effects, Runs(executor=pool))
     design = Design() if design is None else design
+    effects = {name: effect.sized([test]) for name, effect in effects.items()}
     given = _default_others(test) if others is None else others
     tests = [test, *(changed(test, settings) for settings in given)]
     evidence = predicted_evidence(tests, effects, design.fit_sd, runs)

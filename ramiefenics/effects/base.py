@@ -81,6 +81,9 @@ class Effect:
     per_specimen
         Whether its amplitude differs from specimen to specimen, as how one lay on its supports
         does; else all specimens of a batch, or of a machine, share it.
+    span_mm
+        Span of the tests that bounds and typical size are stated for, to which they are in
+        proportion; 0, the default, where they are the same for all. See `sized`.
     file
         Of the user's own that defines it, as `load_effects` notes; None of a shipped one.
     """
@@ -96,6 +99,7 @@ class Effect:
     enters: str = ""
     companions: tuple[Companion, ...] = ()
     per_specimen: bool = False
+    span_mm: float = 0.0
     file: Path | None = None
 
     def __post_init__(self) -> None:
@@ -149,6 +153,16 @@ class Effect:
         means = {argument: self._mean(key, tests) for argument, key in self.covariates.items()}
         return replace(self, apply=partial(self.apply, **means))
 
+    def sized(self, tests: Sequence[BendingTest]) -> Effect:
+        """Return the effect with bounds and typical size for the mean span of these tests."""
+        spans = [_span_mm(test) for test in tests]
+        if self.span_mm == 0.0 or not all(spans):
+            return self
+        span = float(np.mean(spans))
+        share, (low, high) = span / self.span_mm, self.bounds
+        bounds, typical = (share * low, share * high), share * self.typical
+        return replace(self, bounds=bounds, typical=typical, span_mm=span)
+
     def _mean(self, key: str, tests: Sequence[BendingTest]) -> float:
         values = [value_at(test, key) for test in tests]
         for value in values:
@@ -156,6 +170,12 @@ class Effect:
                 allowed = f"must be the key of a number, but its value is {value!r}"
                 raise SpecificationError(f"effect {self.name}.covariates", key, allowed)
         return float(np.mean(values))
+
+
+def _span_mm(test: BendingTest) -> float:
+    """Return how far apart the outermost cylinders that do not move are."""
+    places = [cylinder.z_mm for cylinder in test.fixture.cylinders if not cylinder.moves]
+    return float(np.ptp(places)) if places else 0.0
 
 
 def load_effects(path: str | Path) -> dict[str, Effect]:

@@ -24,6 +24,7 @@ ECCENTRIC_VOID = Effect(
     unit="mm",
     bounds=(-2.5, 2.5),
     typical=1.0,
+    span_mm=100.0,
     apply=_apply,
     enters="the nodes of the mesh: stalk.void_offset_mm",
     per_specimen=True,

@@ -31,6 +31,7 @@ FIXTURE_RADIUS = Effect(
     unit="mm",
     bounds=(-4.0, 15.0),
     typical=3.0,
+    span_mm=100.0,
     apply=_apply,
     enters="the rigid cylinders: fixture.indenter_radius_mm, fixture.support_radius_mm",
 )

@@ -26,6 +26,7 @@ NODE = Effect(
     unit="mm",
     bounds=(0.0, 20.0),
     typical=3.0,
+    span_mm=100.0,
     apply=_apply,
     enters="cells within the bore: stalk.node_thickness_mm, stalk.node_at_mm",
     per_specimen=True,

@@ -31,6 +31,7 @@ OFF_CENTRE_INDENTER = Effect(
     unit="mm",
     bounds=(-20.0, 20.0),
     typical=5.0,
+    span_mm=100.0,
     apply=_apply,
     enters="the place of the indenter: fixture.indenter_offset_mm",
 )

@@ -19,6 +19,7 @@ SEATING_GAP = Effect(
     unit="mm",
     bounds=(0.0, 2.0),
     typical=0.4,
+    span_mm=100.0,
     apply=_apply,
     enters="the machine's displacement: machine.seating_gap_mm",
     per_specimen=True,

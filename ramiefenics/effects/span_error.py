@@ -31,6 +31,7 @@ SPAN_ERROR = Effect(
     unit="mm",
     bounds=(-20.0, 20.0),
     typical=4.0,
+    span_mm=100.0,
     apply=_apply,
     enters="the place of the supports: fixture.span_mm",
 )

@@ -28,6 +28,7 @@ WALL_THICKNESS_ERROR = Effect(
     unit="mm",
     bounds=(-1.5, 1.5),
     typical=0.3,
+    span_mm=100.0,
     apply=_apply,
     enters="the radius of the bore: stalk.void_diameter_mm",
     per_specimen=True,
