@@ -9,7 +9,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.findings import findings
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
-from ramiefenics.discovery.verdict import decide
+from ramiefenics.discovery.verdict import INDIFFERENT, decide
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
 GROUPS = {"cause": (("taper",),), "ambiguous": (("taper", "pith_core"),)}
@@ -29,7 +29,9 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "interval": lambda name: (0.008, 0.012),
         "gain": Gain(errors, 0.7 * errors, 2.0 * errors, curves),
         "shape_gain": Gain(errors, 0.7 * errors, 2.0 * errors, shapes),
-        "posterior": SimpleNamespace(inclusion=lambda: {"taper": 0.6, "pith_core": 0.39}),
+        "posterior": SimpleNamespace(
+            inclusion=lambda: {"taper": 0.6, "pith_core": 0.39}, names=("taper", "pith_core")
+        ),
         "reasons": {},
         "limits": {},
         "broken": (),
@@ -55,6 +57,16 @@ def test_the_first_sentence_says_where_no_gain_is_measured(verdict, curves, shap
     first = findings(found(verdict, curves=curves, shapes=shapes))[0].split(". Curves of")[0]
     assert ("is not shown" in first) == (said is not None)
     assert said is None or said in first
+
+
+def test_what_could_not_be_tried_is_told():
+    reasons = {
+        "taper": "rests on b: without it the gain is 0.3",
+        "node": INDIFFERENT,
+        "span_error": "the stalk does not reach the end",
+    }
+    told = [line for line in findings(found("cause", reasons=reasons)) if "not be tried" in line]
+    assert told == ["Could not be tried, for the reasons in the table: span error."]
 
 
 def test_every_cause_is_named_with_its_size():

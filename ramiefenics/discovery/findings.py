@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
-from ramiefenics.discovery.verdict import SIGNIFICANCE
+from ramiefenics.discovery.verdict import INDIFFERENT, SIGNIFICANCE
 
 if TYPE_CHECKING:
     from ramiefenics.discovery.outcome import Discovery
@@ -34,6 +34,7 @@ def findings(found: Discovery) -> list[str]:
         *_broken(found),
         *_factors(found),
         *_hidden(found),
+        *_untried(found),
     ]
 
 
@@ -213,6 +214,20 @@ def _hidden(found: Discovery) -> list[str]:
     more = len(names) - MOST
     others = f"; and {more} more, see the table" if more > 0 else ""
     return [f"What these tests could not show: {told}{others}."]
+
+
+def _untried(found: Discovery) -> list[str]:
+    """Return what could not be tried, which nobody may take for acquitted."""
+    names = [
+        name
+        for name, reason in found.reasons.items()
+        if name not in found.posterior.names and reason != INDIFFERENT
+    ]
+    if not names:
+        return []
+    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
+    listed = ", ".join(_words(name) for name in names[:MOST])
+    return [f"Could not be tried, for the reasons in the table: {listed}{more}."]
 
 
 def _limit(found: Discovery, name: str, limit: Limit) -> str:

@@ -23,7 +23,7 @@ from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.prediction import Predictor
-from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE, decide, least_gain
+from ramiefenics.discovery.verdict import ENOUGH, INDIFFERENT, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
@@ -138,7 +138,7 @@ class _Inquiry:
             evidence.names, np.diag(gram), evidence.bounds, strict=True
         ):
             if square**0.5 * np.abs(bounds).max() < INVISIBLE:
-                self._reasons[name] = "makes no difference to these curves"
+                self._reasons[name] = INDIFFERENT
             else:
                 seen[name] = self._effects[name]
         return curves, seen

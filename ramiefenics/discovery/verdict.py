@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import log_evidence
 
+INDIFFERENT = "makes no difference to these curves"
+"""Why a suspect is not tried that could be."""
+
 SIGNIFICANCE = 0.001
 """Probability, without any effect, of what is found: one in a thousand data sets without any is
 accused."""

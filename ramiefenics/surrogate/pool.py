@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.linalg import qr
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper
@@ -26,6 +27,9 @@ NOTHING = 1e-4
 
 WORTHWHILE = 12
 """So many curves without derivatives are simulated one by one, rather than learned with them."""
+
+FEW = 0.25
+"""Share of curves that may be rough where smooth ones are asked for; they are simulated plainly."""
 
 
 class Pool:
@@ -49,24 +53,28 @@ class Pool:
     def answer(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
         """Return what came of tasks of this family.
 
-        Of those that must be smooth the first that is not ends all: they are of no use apart.
+        Where more than a few of those that should be smooth are not, all fail: they are of no
+        use apart.
         """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
         smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
         while unknown := self._unknown(questions):
-            runs = (self._run_of(q) for q in questions if q.task.smooth)
-            failed = next((run.error for run in runs if run is not None and run.error), None)
-            if failed is not None:
-                return [Done(None, failed) for _ in questions]
-            rough = [index for index in unknown if self._is_rough(questions[index])]
-            if plain and (rough or len(unknown) <= WORTHWHILE):
-                self._simulate([questions[index] for index in rough or unknown], (), False)
+            every = [index for index, one in enumerate(questions) if self._roughness(one)]
+            if not plain and smooth and len(every) > FEW * len(questions):
+                return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
+            directions = self._directions(questions)
+            if rough := [index for index in every if index in unknown]:
+                self._simulate(
+                    [questions[index] for index in rough], () if plain else directions, False
+                )
+                continue
+            if plain and len(unknown) <= WORTHWHILE:
+                self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
             chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
             indices = list(unknown)
-            directions = self._directions(questions)
             self._simulate([questions[indices[place]] for place in chosen], directions, smooth)
         return [self._answer(question) for question in questions]
 
@@ -97,16 +105,18 @@ class Pool:
         """Return directions that span all differences and changes, and no others.
 
         What only goes together, as both coefficients of friction, may not be possible apart.
+        Logarithms may be mixed at will. Other numbers may be one-sided, as a damage that is at
+        least zero: a mixture of two of them can be possible in neither sense, so that of
+        differences and changes that there are those of the fewest numbers are taken.
         """
         at = np.array([*(q.at for q in questions), *(run.at for run in self.runs)])
         changes = np.concatenate([q.changes for q in questions])
-        apart = np.concatenate([at - at.mean(axis=0), changes])
+        apart = np.concatenate([at - np.median(at, axis=0), changes])
         ranges = np.abs(apart).max(axis=0)
         logarithmic = np.array([is_logarithmic(path) for path in self._paths])
         others = ~logarithmic & (ranges > 1e-9 * (1.0 + np.abs(at).max(axis=0)))
         scale = np.where(others, ranges, 1.0)
-        rows = np.concatenate([_span(apart / scale, block) for block in (logarithmic, others)])
-        rows *= scale
+        rows = np.concatenate([_span(apart, logarithmic), _chosen(apart / scale, others) * scale])
         return tuple(self._direction(f"direction_{k}", row) for k, row in enumerate(rows))
 
     def _direction(self, name: str, row: Array) -> Direction:
@@ -130,21 +140,18 @@ class Pool:
                 run = Run(question.at, along, x, force, np.array(slopes).reshape(-1, len(x)))
             self.runs.append(run)
 
-    def _is_rough(self, question: Question) -> bool:
-        """Return whether there is no smooth curve."""
-        return any(
-            run.error is not None and run.smooth and _here(run, question) for run in self.runs
-        )
+    def _roughness(self, question: Question) -> Exception | None:
+        """Return why there is no smooth curve, if there is none."""
+        here = (run.error for run in self.runs if run.smooth and _here(run, question))
+        return next((error for error in here if error is not None), None)
 
     def _run_of(self, question: Question) -> Run | None:
         for run in reversed(self.runs):
             if not _here(run, question):
                 continue
-            if run.error is None:
-                serves = run.weights(question.changes) is not None
-            else:
-                serves = question.task.smooth or not run.smooth
-            if serves:
+            if run.error is None and run.weights(question.changes) is not None:
+                return run
+            if run.error is not None and not run.smooth:
                 return run
         return None
 
@@ -178,6 +185,16 @@ def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:
     found = np.zeros((len(axes), rows.shape[1]))
     found[:, columns] = axes
     return found[sizes > NOTHING]
+
+
+def _chosen(rows: Array, columns: NDArray[np.bool_]) -> Array:
+    """Return rows that span some columns of all of them, zero in the others; few of these each."""
+    block = np.where(columns, rows, 0.0)
+    sizes = np.linalg.norm(block, axis=1)
+    block = block[sizes > NOTHING] / sizes[sizes > NOTHING, None]
+    used = (np.abs(block) > NOTHING).sum(axis=1)
+    _, triangle, order = qr((block / used[:, None] ** 2).T, mode="economic", pivoting=True)
+    return block[order[: np.count_nonzero(np.abs(np.diag(triangle)) > NOTHING)]]
 
 
 def _spread(at: Array, errors: Array, number: int) -> list[int]:
