@@ -157,7 +157,7 @@ def test_dynamic_relaxation_lets_itself_be_pushed() -> None:
     truss, push = PushedTruss(), 2.7
     truss.place(push, 1.0)
     newton = Newton(truss.equations, max_iterations=20)
-    outcome = DynamicRelaxation(truss, newton).relax(1e-8, largest_update_mm=4.0)
+    outcome = DynamicRelaxation(truss, newton).relax(1e-8, 4.0, lambda: None)
     assert outcome.converged, outcome.reason
     w = push - truss.stretch()
     assert w + truss_force(w) / SPRING == pytest.approx(push, abs=1e-6)
@@ -241,7 +241,7 @@ def test_dynamic_relaxation_ends_where_newton_arrives(coarse: BendingTest) -> No
     problem.place(0.5, 0.5)
     problem.first_guess(0.5)
     tolerance = 1e-6
-    outcome = DynamicRelaxation(problem, newton).relax(tolerance, largest_update_mm=4.0)
+    outcome = DynamicRelaxation(problem, newton).relax(tolerance, 4.0, lambda: None)
     assert outcome.converged
     assert newton.residual_norm() <= tolerance
     relaxed = Observer(problem).observe().force_N

@@ -81,10 +81,11 @@ def bend(
     test = add_effects(load_test(spec, mesh, law, assign), effect, effects)
     folder = claim(out or Path("results") / Path(spec).stem)
     # the solver takes a second to import
+    from ramiefenics.runs.resumed import solutions_of
     from ramiefenics.solve.simulate import simulate
 
-    with progress.bending(test) as show:
-        result = simulate(test, on_step=show)
+    with progress.bending(test) as show, solutions_of(test) as solutions:
+        result = simulate(test, on_step=show, solutions=solutions)
     tell_ending(result.ending)
     try:
         finish(result, folder)

@@ -14,6 +14,8 @@ from ramiefenics.solve.driven import Driven, Observed
 from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.solve.path import PathSegment, segments
 from ramiefenics.solve.relaxation import DynamicRelaxation
+from ramiefenics.solve.repeating import Repeating, Solve
+from ramiefenics.solve.solutions import Solutions
 from ramiefenics.specification import Protocol, Stepping
 
 log = logging.getLogger(__name__)
@@ -117,6 +119,8 @@ class QuasiStatic(Generic[T]):
         Along what path, and in what steps.
     jumps
         Whether it may move; else it ends there, not converged.
+    solutions
+        Those of the same run, as far as it got before; new ones are added.
 
     Attributes
     ----------
@@ -135,10 +139,12 @@ class QuasiStatic(Generic[T]):
         protocol: Protocol,
         settings: Stepping,
         jumps: bool = True,
+        solutions: Solutions | None = None,
     ) -> None:
         self._problem, self._observe, self._jumps = problem, observe, jumps
         self._protocol, self._settings = protocol, settings
         self.newton = Newton(problem.equations, settings.max_iterations, settings.linear_solver)
+        self._repeating = Repeating(problem, self.newton, solutions)
         self._motion: DynamicRelaxation | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
@@ -265,8 +271,7 @@ class QuasiStatic(Generic[T]):
         self._start(length)
         self._u[:] += self._change(length) * self._rate
         limit = UPDATE_LIMIT * (abs(push) or self._settings.max_step_mm)
-        outcome = self.newton.solve(self._tolerance_N, limit)
-        self.newton_iterations += outcome.iterations
+        outcome = self._solved(lambda on_way: self.newton.solve(self._tolerance_N, limit))
         if not outcome.converged:
             log.info("no equilibrium: %s, residual %.2e N", outcome.reason, outcome.residual_N)
         return outcome
@@ -284,8 +289,12 @@ class QuasiStatic(Generic[T]):
         limit = UPDATE_LIMIT * self._settings.max_step_mm
         if self._motion is None:
             self._motion = DynamicRelaxation(self._problem, self.newton)
+        motion = self._motion
         log.info("no equilibrium nearby: the structure is let move")
-        outcome = self._motion.relax(self._tolerance_N, limit)
+        return self._solved(lambda on_way: motion.relax(self._tolerance_N, limit, on_way))
+
+    def _solved(self, solve: Solve) -> NewtonOutcome:
+        outcome = self._repeating.solved(solve)
         self.newton_iterations += outcome.iterations
         return outcome
 

@@ -11,6 +11,7 @@ of many, where it ends is an equilibrium as any other.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from mpi4py import MPI
 
@@ -53,13 +54,17 @@ class DynamicRelaxation:
             u.duplicate() for _ in range(4)
         )
 
-    def relax(self, tolerance_N: float, largest_update_mm: float) -> NewtonOutcome:
+    def relax(
+        self, tolerance_N: float, largest_update_mm: float, on_way: Callable[[], None]
+    ) -> NewtonOutcome:
         """Move from rest until the residual without inertia meets the tolerance.
 
         Parameters
         ----------
         tolerance_N, largest_update_mm
             As for `Newton.solve`.
+        on_way
+            Called where friction and material are to remember the current state.
         """
         u = self._problem.displacement.x.petsc_vec
         self._velocity.set(0.0)
@@ -89,6 +94,7 @@ class DynamicRelaxation:
             residual = self._newton.residual_norm()
             if residual <= tolerance_N:
                 return NewtonOutcome(True, iterations, residual, "at rest")
+            on_way()
             self._problem.remember()  # friction follows the path of the motion
         return NewtonOutcome(False, iterations, residual, "dynamic relaxation did not come to rest")
 

@@ -20,6 +20,7 @@ from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.rest import settle
 from ramiefenics.solve.result import BendingResult, Statistics
+from ramiefenics.solve.solutions import Solutions
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.sources import Source, as_test
 
@@ -31,6 +32,7 @@ def simulate(
     comm: MPI.Comm | None = None,
     on_step: Callable[[Step[Observables]], None] | None = None,
     tube: TubeMesh | None = None,
+    solutions: Solutions | None = None,
     **changes: Any,
 ) -> BendingResult:
     """Bend a stalk.
@@ -48,6 +50,8 @@ def simulate(
         Called after every converged step, on all ranks, for instance to show progress.
     tube
         A mesh of the stalk to use in place of the recipe's, from wherever it comes.
+    solutions
+        Of the same test, as far as it got before: it goes on from there, to the bit.
     changes
         Of the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
 
@@ -74,7 +78,9 @@ def simulate(
     numerics = test.numerics
     log.info("%d unknowns, law %s, %d ranks", problem.unknowns, test.law, comm.size)
     log.info("PETSc options: %s", PETSc.Options().getAll())
-    stepper = QuasiStatic(problem, observer.observe, test.protocol, numerics.stepping)
+    stepper = QuasiStatic(
+        problem, observer.observe, test.protocol, numerics.stepping, solutions=solutions
+    )
     steps: list[Step[Observables]] = []
     snapshots: list[Snapshot | None] = []
     interrupted = None
@@ -92,7 +98,8 @@ def simulate(
                 reason = f"interrupted at {step.travel_mm:.3f} mm of travel"
                 interrupted = Ending("interrupted", reason)
                 break
-    statistics = _statistics(problem, stepper, len(steps) - 1, time.perf_counter() - start)
+    wall_s, repeated = time.perf_counter() - start, 0 if solutions is None else solutions.kept
+    statistics = _statistics(problem, stepper, len(steps) - 1, wall_s, repeated)
     kept = tuple(snapshot for snapshot in snapshots if snapshot is not None)
     ending = interrupted or stepper.ending
     assert ending is not None  # or the steps would go on
@@ -102,7 +109,11 @@ def simulate(
 
 
 def _statistics(
-    problem: BendingProblem, stepper: QuasiStatic[Observables], steps: int, wall_s: float
+    problem: BendingProblem,
+    stepper: QuasiStatic[Observables],
+    steps: int,
+    wall_s: float,
+    repeated: int,
 ) -> Statistics:
     mesh = problem.tube.mesh
     return Statistics(
@@ -114,6 +125,7 @@ def _statistics(
         cut_backs=stepper.cut_backs,
         wall_s=wall_s,
         ranks=mesh.comm.size,
+        repeated=repeated,
     )
 
 

@@ -61,6 +61,10 @@ class Tangent:
     ----------
     iterations
         Linear iterations so far.
+    factorised
+        Whether the factors there are serve the next solve.
+    factorised_at
+        Displacement at which they were made, with ghosts, shape (n,); another array for others.
     """
 
     def __init__(
@@ -91,19 +95,19 @@ class Tangent:
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
             self._solver.setOperators(product, self._matrix)
             _factorise(self._solver, equations.matrix)
-        self._factorised = False
+        self.factorised, self.factorised_at = False, np.zeros(0)
         self.iterations = 0
 
     def forget(self) -> None:
         """Let the next solve factorise the tangent at its own state."""
-        self._factorised = False
+        self.factorised = False
 
     def factorise(self) -> None:
         """Factorise the tangent at the current state, without what inertia adds."""
         self.assemble(None)
         self._solver.getPC().setReusePreconditioner(False)
         self._solver.setUp()
-        self._factorised = True
+        self.factorised, self.factorised_at = True, self._u.x.array.copy()
 
     def apply_factors(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve with the tangent that was factorised last, to the accuracy of its factors."""
@@ -121,9 +125,10 @@ class Tangent:
         added
             What the residual has on the tangent's diagonal beyond the form, if anything.
         """
-        fresh = self._iterative or not self._factorised
+        fresh = self._iterative or not self.factorised
         if fresh:
             self.assemble(added)
+            self.factorised_at = self._u.x.array.copy()
         self._u.x.petsc_vec.copy(self._state)
         b.copy(self._here)
         self._solver.getPC().setReusePreconditioner(not fresh)
@@ -135,7 +140,7 @@ class Tangent:
         self.iterations += iterations
         how = "fresh" if fresh else "reused"
         log.debug("    %d linear iterations with a %s preconditioner", iterations, how)
-        self._factorised = iterations <= OLD_ITERATIONS
+        self.factorised = iterations <= OLD_ITERATIONS
 
     def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
         """Apply the tangent at the state of the last solve to a direction."""

@@ -1,0 +1,69 @@
+"""Solving, unless the solution is known from an earlier run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from ramiefenics.solve.driven import Driven
+from ramiefenics.solve.newton import Newton, NewtonOutcome
+from ramiefenics.solve.solutions import Array, Solution, Solutions
+
+Solve: TypeAlias = Callable[[Callable[[], None]], NewtonOutcome]
+"""Solves; calls what it is given where friction and material are to remember the state on its way.
+"""
+
+
+class Repeating:
+    """Solves attempts at steps, or repeats them from their solutions.
+
+    Parameters
+    ----------
+    problem, newton
+        The structure, and what solves its equations.
+    solutions
+        Those there are, and where new ones go; none by default.
+    """
+
+    def __init__(self, problem: Driven, newton: Newton, solutions: Solutions | None) -> None:
+        self._problem, self._newton, self._solutions = problem, newton, solutions
+        self._u = problem.displacement.x.array
+
+    def solved(self, solve: Solve) -> NewtonOutcome:
+        """Return how an attempt ended; the problem is in the state that it found."""
+        if self._solutions is None:
+            return solve(lambda: None)
+        known = self._solutions.next()
+        if known is not None:
+            return self._repeat(*known)
+        path: list[Array] = []
+        tangent = self._newton.tangent
+        before = tangent.factorised_at
+        outcome = solve(lambda: path.append(self._u.copy()))
+        path.append(self._u)
+        made = tangent.factorised and tangent.factorised_at is not before
+        self._solutions.add(
+            Solution(
+                outcome=outcome,
+                path=np.array(path if outcome.converged else path[:0]),
+                linear_iterations=tangent.iterations,
+                factorised=tangent.factorised,
+                factorised_at=tangent.factorised_at if made else np.zeros(0),
+            )
+        )
+        return outcome
+
+    def _repeat(self, solution: Solution, factorise: bool) -> NewtonOutcome:
+        """Go where an attempt went; if it made the factors to go on with, make them again."""
+        tangent = self._newton.tangent
+        if factorise:
+            self._u[:] = solution.factorised_at
+            tangent.factorise()
+        for number, displacement in enumerate(solution.path):
+            if number > 0:  # the last one is remembered when the step is accepted
+                self._problem.remember()
+            self._u[:] = displacement
+        tangent.iterations = solution.linear_iterations
+        return solution.outcome

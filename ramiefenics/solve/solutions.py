@@ -1,0 +1,162 @@
+"""Solutions of a run's steps on disk, by which an interrupted run is taken up again.
+
+A run is repeated from its solutions: every step gets the displacement that was found, without
+solving for it, and friction, material memory and the choice of steps follow from that as they did
+the first time. So nothing else need be kept but where the tangent was factorised last, and the run
+goes on to the bit as it would have done.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import logging
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ramiefenics.solve.newton import NewtonOutcome
+
+log = logging.getLogger(__name__)
+
+Array = NDArray[np.floating[Any]]
+
+LENGTH, CHECKSUM = 8, 32
+"""Bytes before each solution that say how long it is, and by which it is checked."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What came of an attempt at a step.
+
+    Attributes
+    ----------
+    outcome
+        How it ended.
+    path
+        Displacements that friction and material remember, shape (k, n): those on the way of a
+        motion, and where it ended.
+    linear_iterations
+        So far in the run.
+    factorised
+        Whether the tangent's factors are of further use.
+    factorised_at
+        Displacement at which they were made in this attempt, shape (n,); empty if they were not.
+    """
+
+    outcome: NewtonOutcome
+    path: Array
+    linear_iterations: int
+    factorised: bool
+    factorised_at: Array
+
+
+class Solutions:
+    """Solutions of one run on this rank: those there are, and those that are added.
+
+    Parameters
+    ----------
+    path
+        File of this rank; made if it does not exist. From where it is damaged on, it is not read.
+    comm
+        All ranks of the run.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read or written.
+    """
+
+    def __init__(self, path: Path, comm: MPI.Comm) -> None:
+        path.touch()
+        self._file: BinaryIO | None = path.open("r+b")
+        self.kept, self._factors, end = _scan(self._file, comm)
+        self._file.truncate(end)
+        self._file.seek(0)
+        self._next = 0
+
+    def next(self) -> tuple[Solution, bool] | None:
+        """Return the next solution there is, and whether its factors are those to go on with."""
+        if self._next == self.kept or self._file is None:
+            return None
+        content = _read(self._file)
+        assert content is not None  # it has been scanned
+        self._next += 1
+        return _unpacked(content), self._next - 1 == self._factors
+
+    def add(self, solution: Solution) -> None:
+        """Keep a solution; where the disk is full, that is told, and no more are kept."""
+        if self._file is None:
+            return
+        content = _packed(solution)
+        try:
+            self._file.write(len(content).to_bytes(LENGTH, "big"))
+            self._file.write(hashlib.sha256(content).digest() + content)
+            self._file.flush()
+        except OSError as error:
+            log.warning("this run cannot be taken up again: %s", error.strerror)
+            self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+def _scan(file: BinaryIO, comm: MPI.Comm) -> tuple[int, int, int]:
+    """Return how many solutions all ranks have, which has the last factors, and where they end."""
+    ends, made, use = [0], [], []
+    while (content := _read(file)) is not None:
+        solution = _unpacked(content)
+        ends.append(file.tell())
+        made.append(len(solution.factorised_at) > 0)
+        use.append(solution.factorised)
+    number = int(comm.allreduce(len(ends) - 1, op=MPI.MIN))
+    factors = _last(made[:number]) if number and use[number - 1] else -1
+    return number, factors, ends[number]
+
+
+def _last(flags: Sequence[bool]) -> int:
+    return max((k for k, flag in enumerate(flags) if flag), default=-1)
+
+
+def _read(file: BinaryIO) -> bytes | None:
+    """Return the content of the next solution; None if there is no more, or none to be trusted."""
+    length = int.from_bytes(file.read(LENGTH), "big")
+    checksum = file.read(CHECKSUM)
+    if length > os.fstat(file.fileno()).st_size:
+        return None
+    content = file.read(length)
+    return content if hashlib.sha256(content).digest() == checksum else None
+
+
+def _packed(solution: Solution) -> bytes:
+    outcome, buffer = solution.outcome, io.BytesIO()
+    numbers = [outcome.iterations, solution.linear_iterations]
+    np.savez(
+        buffer,
+        flags=np.array([outcome.converged, solution.factorised]),
+        numbers=np.array(numbers),
+        residual_N=np.array(outcome.residual_N),
+        reason=np.array(outcome.reason),
+        path=solution.path,
+        factorised_at=solution.factorised_at,
+    )
+    return buffer.getvalue()
+
+
+def _unpacked(content: bytes) -> Solution:
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        converged, factorised = map(bool, arrays["flags"])
+        iterations, linear_iterations = map(int, arrays["numbers"])
+        residual_N, reason = float(arrays["residual_N"]), str(arrays["reason"])
+        outcome = NewtonOutcome(converged, iterations, residual_N, reason)
+        path, made_at = arrays["path"], arrays["factorised_at"]
+    return Solution(outcome, path, linear_iterations, factorised, made_at)

@@ -1,0 +1,200 @@
+"""A run that was interrupted goes on to the bit as if nothing had happened."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from mpi4py import MPI
+from pandas.testing import assert_frame_equal
+
+from ramiefenics import BendingResult, BendingTest, override, simulate
+from ramiefenics.runs import resumed
+from ramiefenics.runs.resumed import solutions_of
+from ramiefenics.solve.newton import Newton
+from ramiefenics.specification.files import dump_test
+
+YIELDING = [
+    "law=fibre_plasticity",
+    "stalk.layers.phloem.material.law_constants.tensile_yield_strain=0.002",
+]
+
+
+class PowerCut(Exception):
+    """Ends a run at once."""
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(resumed, "BENDS", tmp_path / "bends")
+    return tmp_path / "bends"
+
+
+@pytest.fixture
+def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """How many nonlinear solves there are."""
+    counted, solve = [], Newton.solve
+
+    def counting(self, *args, **kwargs):
+        counted.append(0.0)
+        return solve(self, *args, **kwargs)
+
+    monkeypatch.setattr(Newton, "solve", counting)
+    return counted
+
+
+def bend(
+    test: BendingTest, until_mm: float = 1e9, comm: MPI.Comm = MPI.COMM_SELF
+) -> BendingResult:
+    """Bend with what is kept; from some travel on there is no power."""
+
+    def cut(step) -> None:
+        if step.travel_mm > until_mm:
+            raise PowerCut
+
+    with solutions_of(test, comm) as solutions:
+        assert solutions is not None
+        return simulate(test, comm, on_step=cut, solutions=solutions)
+
+
+def same(one: BendingResult, other: BendingResult) -> None:
+    assert_frame_equal(one.curve, other.curve, check_exact=True)
+    assert one.statistics.newton_iterations == other.statistics.newton_iterations
+    assert one.statistics.linear_iterations == other.statistics.linear_iterations
+    assert one.ending == other.ending
+    assert one.jumps == other.jumps
+    for snapshot, twin in zip(one.snapshots, other.snapshots, strict=True):
+        assert (snapshot.body.points == twin.body.points).all()
+
+
+@pytest.mark.parametrize("changes", [[], YIELDING], ids=["elastic", "plastic"])
+def test_an_interrupted_bend_goes_on_to_the_bit(
+    changes: list[str], coarse: BendingTest, solves: list[float]
+) -> None:
+    test = override(coarse, changes)
+    whole = simulate(test, MPI.COMM_SELF)
+    needed = len(solves)
+    for until in (0.5, 0.5, 1.7):  # the second time it does not even get farther
+        with pytest.raises(PowerCut):
+            bend(test, until)
+    same(bend(test), whole)
+    assert len(solves) == 2 * needed  # none twice
+    same(bend(test), whole)
+    assert len(solves) == 2 * needed
+
+
+@pytest.mark.mpi
+def test_ranks_go_on_together(
+    coarse: BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where one of them has kept a step less than the other, too."""
+    comm = MPI.COMM_WORLD
+    shared = comm.bcast(tmp_path)
+    monkeypatch.setattr(resumed, "BENDS", shared)
+    test = override(coarse, ["protocol.travel_mm=1.5"])
+    whole = simulate(test, comm)
+    with pytest.raises(PowerCut):
+        bend(test, 1.0, comm)
+    comm.barrier()
+    if comm.rank == 0:
+        path = next(shared.glob("*-0"))
+        path.write_bytes(path.read_bytes()[:-1])
+    comm.barrier()
+    same(bend(test, comm=comm), whole)
+
+
+@pytest.mark.slow
+def test_jumps_are_repeated_to_the_bit(screening: BendingTest) -> None:
+    """What slid on the way of a jump is what slid."""
+    mesh = ["numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size=0.015"]
+    test = override(screening, ["law=neo_hookean", *mesh])
+    whole = simulate(test, MPI.COMM_SELF)
+    assert whole.jumps
+    jumped = whole.jumps[0].displacement_mm
+    for until in (jumped - 1e-6, jumped + 0.5):
+        with pytest.raises(PowerCut):
+            bend(test, until)
+    same(bend(test), whole)
+
+
+def half(content: bytes) -> bytes:
+    return content[: len(content) // 2]
+
+
+def flipped(content: bytes) -> bytes:
+    changed = bytearray(content)
+    changed[len(content) // 3] ^= 1
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("damaged", [half, flipped, lambda content: b"", lambda content: b"x" * 99])
+def test_what_is_damaged_is_solved_again(
+    damaged: Callable[[bytes], bytes], coarse: BendingTest, own_folder: Path, solves: list[float]
+) -> None:
+    test = override(coarse, ["protocol.travel_mm=1.0"])
+    whole = bend(test)
+    (path,) = own_folder.iterdir()
+    path.write_bytes(damaged(path.read_bytes()))
+    before = len(solves)
+    same(bend(test), whole)
+    assert len(solves) > before
+    before = len(solves)
+    same(bend(test), whole)
+    assert len(solves) == before
+
+
+def test_who_comes_second_is_not_kept(coarse: BendingTest) -> None:
+    with solutions_of(coarse, MPI.COMM_SELF) as first:
+        assert first is not None
+        with solutions_of(coarse, MPI.COMM_SELF) as second:
+            assert second is None
+
+
+def test_old_runs_make_room(
+    coarse: BendingTest, own_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own_folder.mkdir()
+    for age, name in enumerate(("newer-0", "older-0", "oldest-0")):
+        (own_folder / name).write_bytes(b"x" * 400)
+        os.utime(own_folder / name, times=(1e9 - age, 1e9 - age))
+    monkeypatch.setattr(resumed, "ROOM_BYTES", 1000)
+    bend(override(coarse, ["protocol.travel_mm=0.1"]))
+    kept = {path.name for path in own_folder.iterdir()}
+    assert {"newer-0", "older-0"} < kept
+    assert "oldest-0" not in kept
+    assert len(kept) == 3
+
+
+@pytest.mark.slow
+def test_a_killed_command_goes_on(coarse: BendingTest, tmp_path: Path) -> None:
+    spec = tmp_path / "coarse.toml"
+    spec.write_text(dump_test(coarse))
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+
+    def command(out: str) -> list[str]:
+        python = [sys.executable, "-m", "ramiefenics"]
+        return [*python, "bend", str(spec), "--out", str(tmp_path / out)]
+
+    def size() -> int:
+        kept = (tmp_path / "cache").rglob("bends/*-0")
+        return sum(path.stat().st_size for path in kept)
+
+    seen = 0
+    for _ in range(3):
+        running = subprocess.Popen(command("killed"), env=environment)
+        while running.poll() is None and size() <= seen:
+            time.sleep(0.01)
+        running.send_signal(signal.SIGKILL)
+        running.wait()
+        seen = size()
+    subprocess.run(command("killed"), env=environment, check=True, capture_output=True)
+    elsewhere = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "other")}
+    subprocess.run(command("whole"), env=elsewhere, check=True, capture_output=True)
+    killed, whole = (tmp_path / name / "curve.csv" for name in ("killed", "whole"))
+    assert killed.read_bytes() == whole.read_bytes()
