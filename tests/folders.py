@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ramiefenics.results.result import Result
+from ramiefenics.results.stored import read_stored
 
 
 class Page(HTMLParser):
@@ -44,7 +45,21 @@ def check_folder(folder: Path, summary: str = "summary.json") -> tuple[dict[str,
     assert told["findings"]
     assert set(told["findings"]) <= set(page.texts)
     assert {"dolfinx", "ramiefenics"} <= set(told["versions"])
+    check_stored(folder, told)
     return told, page
+
+
+def check_stored(folder: Path, told: dict[str, Any]) -> None:
+    """Check that what is read back tells the same, and that figures are there as vectors."""
+    stored = read_stored(folder)
+    assert stored.summary() == told
+    assert stored.title in repr(stored)
+    for table in stored.tables().values():
+        assert len(table.data.columns)
+    for name, picture in stored.figures().items():
+        assert picture.draw().ndim == 3
+        vectors = {path.suffix for path in (folder / "figures").glob(f"{name}.*")}
+        assert vectors in ({".pdf", ".svg"}, set())  # pixels have none
 
 
 def check_print(found: Result, *numbers: str) -> None:

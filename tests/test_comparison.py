@@ -15,6 +15,7 @@ from formula import Formula
 import ramiefenics as rf
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.runs import Runs, simulation
+from ramiefenics.solve.reading import read_bend
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -96,11 +97,13 @@ def test_no_folder_of_results_is_told(
 ) -> None:
     folder = tmp_path / "run"
     folder.mkdir()
-    with pytest.raises(rf.SpecificationError, match=r"has no specification\.toml"):
+    with pytest.raises(rf.SpecificationError, match="must be a folder of results"):
         rf.read_folder(folder)
+    with pytest.raises(rf.SpecificationError, match=r"has no specification\.toml"):
+        read_bend(folder)
     rf.write_test(coarse, folder / "specification.toml")
     (folder / "curve.csv").write_text("displacement_mm,force_N\n0,0\n")
     (folder / "summary.json").write_text(json.dumps({"ending": {"kind": "completed"}}))
     (folder / spoilt).write_bytes(b"\xff\x00{")
     with pytest.raises(rf.SpecificationError, match=r"must hold what|is not valid TOML"):
-        rf.read_folder(folder)
+        read_bend(folder)

@@ -49,9 +49,7 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return counted
 
 
-def bend(
-    test: BendingTest, until_mm: float = 1e9, comm: MPI.Comm = MPI.COMM_SELF
-) -> BendingResult:
+def bend(test: BendingTest, until_mm: float = 1e9, comm: MPI.Comm = MPI.COMM_SELF) -> BendingResult:
     """Bend with what is kept; from some travel on there is no power."""
 
     def cut(step) -> None:

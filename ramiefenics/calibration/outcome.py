@@ -47,8 +47,6 @@ class Calibration(Result):
         None if there are no goals.
     """
 
-    OVERVIEW_FIRST = True
-
     study: Study
     baseline: BendingTest
     space: Space
@@ -58,6 +56,11 @@ class Calibration(Result):
     surfaces: dict[str, Surface]
     fit: Fit | None = None
     desired: Desired | None = None
+
+    @property
+    def overview_first(self) -> bool:
+        """Calibrated values are what is asked for."""
+        return True
 
     @property
     def completed(self) -> bool:

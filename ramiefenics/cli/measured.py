@@ -118,10 +118,10 @@ def compare_command(
     from ramiefenics.comparison import compare
     from ramiefenics.measured import read_dataset
     from ramiefenics.runs import Runs, workers
-    from ramiefenics.solve.reading import read_folder
+    from ramiefenics.solve.reading import read_bend
 
     asked = read_dataset(dataset)
-    given = {path.name: read_folder(path) for path in simulated or []}
+    given = {path.name: read_bend(path) for path in simulated or []}
     if len(given) < len(simulated or []):
         names = ", ".join(str(path) for path in simulated or [])
         raise SpecificationError("RUN", names, "must be folders of different names")

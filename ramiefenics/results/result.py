@@ -14,6 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ramiefenics.results.manifest import finite, versions
+from ramiefenics.results.style import VECTOR
 from ramiefenics.results.text import cells
 from ramiefenics.specification import BendingTest, SpecificationError
 
@@ -71,14 +72,35 @@ class Picture:
 
     def png(self) -> bytes:
         """Return it as the content of a PNG file."""
-        from matplotlib.image import imsave
+        return _png(self.draw())
 
-        drawn, file = self.draw(), BytesIO()
-        if isinstance(drawn, np.ndarray):
-            imsave(file, drawn, format="png")
-        else:
-            drawn.savefig(file, format="png")
-        return file.getvalue()
+    def files(self) -> dict[str, bytes]:
+        """Return it as the contents of files by the ends of their names: PNG, PDF and SVG.
+
+        Pixels are PNG only.
+        """
+        from matplotlib import rc_context
+
+        drawn = self.draw()
+        files = {"png": _png(drawn)}
+        if not isinstance(drawn, np.ndarray):
+            with rc_context(VECTOR):
+                for end, undated in (("pdf", "CreationDate"), ("svg", "Date")):
+                    file = BytesIO()
+                    drawn.savefig(file, format=end, metadata={undated: None})
+                    files[end] = file.getvalue()
+        return files
+
+
+def _png(drawn: Figure | NDArray[np.uint8]) -> bytes:
+    from matplotlib.image import imsave
+
+    file = BytesIO()
+    if isinstance(drawn, np.ndarray):
+        imsave(file, drawn, format="png")
+    else:
+        drawn.savefig(file, format="png")
+    return file.getvalue()
 
 
 class Result(ABC):
@@ -90,9 +112,6 @@ class Result(ABC):
     SUMMARY: ClassVar[str] = "summary.json"
     """File of the summary."""
 
-    OVERVIEW_FIRST: ClassVar[bool] = False
-    """Whether the overview is what is asked for, which findings comment on."""
-
     PLACE: ClassVar[str] = "."
     """Where in the folder of the results all that has the same name in every folder goes."""
 
@@ -100,6 +119,11 @@ class Result(ABC):
     @abstractmethod
     def title(self) -> str:
         """What this is, in a line."""
+
+    @property
+    def overview_first(self) -> bool:
+        """Whether the overview is what is asked for, which findings comment on."""
+        return False
 
     @property
     def completed(self) -> bool:
@@ -164,15 +188,34 @@ class Result(ABC):
     def summary(self) -> dict[str, Any]:
         """Return findings, numbers and manifest as strict JSON has them."""
         told = {"findings": self.findings(), "notes": self.notes(), "completed": self.completed}
-        summary: dict[str, Any] = finite({**told, **self.numbers(), "versions": versions()})
+        own = {"title": self.title, **told, **self.numbers()}
+        summary: dict[str, Any] = finite(
+            {**own, "folder": self._contents(), "versions": versions()}
+        )
         return summary
+
+    def _contents(self) -> dict[str, Any]:
+        """Return what the folder has, as far as its files do not tell."""
+        overview = self.overview()
+        return {
+            "result": type(self).__name__,
+            "overview": None if overview is None else overview.to_dict("split"),
+            "overview_first": self.overview_first,
+            "tables": {
+                name: {"caption": table.caption, "digits": table.digits}
+                for name, table in self.tables().items()
+            },
+            "figures": {name: picture.caption for name, picture in self.figures().items()},
+            "specifications": list(self.specifications()),
+            "user_files": [path.name for path in self.user_files()],
+        }
 
     def __repr__(self) -> str:
         """Return title, findings, overview and notes, as text."""
         overview = self.overview()
         table = [] if overview is None else [cells(overview).to_string(index=False)]
         first, then = self.findings(), table
-        if self.OVERVIEW_FIRST:
+        if self.overview_first:
             first, then = then, first
         notes = (f"note: {text}" for text in self.notes())
         return "\n".join([self.title, *first, *then, *notes])

@@ -15,3 +15,6 @@ STYLE: Any = {
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 GREEN, SKY, ORANGE, PURPLE = "#009E73", "#56B4E9", "#E69F00", "#CC79A7"
 """From Okabe and Ito's palette, distinct to colour-blind eyes."""
+
+VECTOR: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "ramiefenics"}
+"""Text that stays text, and the same file from the same figure."""

@@ -8,13 +8,40 @@ from typing import Any
 
 import pandas as pd
 
+from ramiefenics.results.result import Result
+from ramiefenics.results.stored import read_stored, summary_of
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import SpecificationError, read_test
 
 
-def read_folder(folder: str | Path) -> BendingResult:
-    """Read what `write_folder` has written of a simulation, without the fields of its snapshots.
+def read_folder(folder: str | Path) -> Result:
+    """Read what `write_folder` has written of a result.
+
+    Parameters
+    ----------
+    folder
+        Of results.
+
+    Returns
+    -------
+    Result
+        A `BendingResult` without the fields of its snapshots; a `StoredResult` of what any other
+        result told.
+
+    Raises
+    ------
+    SpecificationError
+        If it is no such folder, or a file in it cannot be read.
+    """
+    folder = Path(folder)
+    if summary_of(folder)["folder"]["result"] == BendingResult.__name__:
+        return read_bend(folder)
+    return read_stored(folder)
+
+
+def read_bend(folder: str | Path) -> BendingResult:
+    """Read the folder of a simulation.
 
     Parameters
     ----------
