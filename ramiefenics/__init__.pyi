@@ -54,7 +54,7 @@ from .solve.figures import (
     curve_figure as curve_figure,
     section_figure as section_figure,
 )
-from .solve.pictures import deformed_picture as deformed_picture
+from .solve.pictures import deformed_figure as deformed_figure
 from .solve.reading import read_folder as read_folder
 from .solve.result import BendingResult as BendingResult
 from .solve.sensitivity import (

@@ -161,7 +161,7 @@ def test_failed_writing_leaves_nothing_half_written(
     def fail(*_: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr(pictures, "deformed_picture", fail)
+    monkeypatch.setattr(pictures, "deformed_figure", fail)
     with pytest.raises(OSError, match="disk full"):
         write_folder(bent, tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == before

@@ -123,6 +123,8 @@ class Convergence(Result):
             said += f" with order {found.order:.2f}"
         if found.limit is not None:
             said += f" to {found.limit:.5g} {unit}"
+        elif found.order is not None:
+            said += ", as the last two meshes agree by accident"
         if found.uncertainty is not None:
             said += f"; uncertain by {100.0 * found.uncertainty:.2g} %"
         return f"{said}."

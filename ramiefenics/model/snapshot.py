@@ -30,12 +30,16 @@ class Grid:
         quadrilaterals.
     point_data, cell_data
         Arrays by name, of length n and m.
+    order
+        Of the elements: so many cells along every edge of an element, one after the other as
+        `numpy.ndindex` counts, are its pieces.
     """
 
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
     point_data: dict[str, NDArray[Any]]
     cell_data: dict[str, NDArray[Any]]
+    order: int = 1
 
 
 @dataclass(frozen=True)
@@ -172,4 +176,5 @@ class Camera:
             whole["cells"],
             {"displacement_mm": whole["displacement_mm"]},
             {name: whole[name] for name in fields},
+            self._problem.solid.order,
         )

@@ -7,17 +7,18 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
 from ramiefenics.results.style import VERMILION
 from ramiefenics.solve.figures import curve_figure
-from ramiefenics.solve.pictures import deformed_picture, largest_stress
+from ramiefenics.solve.pictures import deformed_figure, largest_stress
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import SpecificationError
 
-SIZE = (800, 450)
-"""Pixels of the stalk's part of a frame."""
+HEIGHT = 4.5
+"""Of a frame, in hundreds of pixels."""
 
 
 def animate(result: BendingResult, path: str | Path, seconds: float = 5.0) -> Path:
@@ -68,16 +69,21 @@ def _write_film(path: Path, frames: list[NDArray[np.uint8]], seconds: float) -> 
 
 def _frame(result: BendingResult, number: int, limit: float) -> NDArray[np.uint8]:
     """Return the stalk in a saved state, and the curve with that point marked."""
-    stalk = Image.fromarray(deformed_picture(result, number, limit)).resize(SIZE)
     figure = curve_figure(result)
-    figure.set_size_inches(SIZE[1] / 100.0 * 1.2, SIZE[1] / 100.0)
-    figure.set_dpi(100)
+    figure.set_size_inches(HEIGHT * 1.2, HEIGHT)
     time_s = result.snapshots[number].time_s
     here = [
         np.interp(time_s, result.curve["time_s"], result.curve[c])
         for c in ("displacement_mm", "force_N")
     ]
     figure.axes[0].plot(*here, "o", color=VERMILION, ms=9)
+    stalk = deformed_figure(result, number, limit)
+    stalk.set_size_inches(HEIGHT * 1.9, HEIGHT)
+    return np.hstack([_pixels(stalk), _pixels(figure)])
+
+
+def _pixels(figure: Figure) -> NDArray[np.uint8]:
+    figure.set_dpi(100)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    return np.hstack([np.asarray(stalk), np.asarray(canvas.buffer_rgba())[..., :3]])
+    return np.asarray(canvas.buffer_rgba())[..., :3]

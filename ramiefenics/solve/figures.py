@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-import pyvista as pv
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from ramiefenics.model.shape import straightened
-from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
-from ramiefenics.solve.fields import to_grid
 from ramiefenics.solve.result import BendingResult
-from ramiefenics.specification import Stalk
+from ramiefenics.solve.section import Array, Patch, section
 
 LOSS_LINES = {
     "volume": ("material inside out", "-"),
@@ -108,22 +103,17 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
     """Draw the section under the indenter, in the last snapshot if no other, and undeformed."""
     test, snapshot = result.test, result.snapshots[number]
     indenter = test.fixture.indenter
-    mirror = test.numerics.domain != "full"
-    faces, moved, stress = _section_faces(snapshot, test.stalk, indenter.z_mm, mirror)
-    limit = float(np.abs(stress).max())
+    patches = section(snapshot, test.stalk, indenter.z_mm)
+    if test.numerics.domain != "full":
+        patches += [patch.mirrored() for patch in patches]
     top = test.front_mm(indenter)
-    radius = max(float(np.abs(polygon[:, 0]).max()) for polygon in faces)
+    level = top - snapshot.travel_mm
+    radius = max(float(np.abs(patch.at_mm[..., 0]).max()) for patch in patches)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 5.0), layout="constrained")
         axes = figure.subplots()
         axes.set_axisbelow(True)
-        axes.add_collection(
-            PolyCollection(faces, facecolors="none", edgecolors=GREY, linewidths=0.4, alpha=0.7)
-        )
-        deformed = PolyCollection(moved, array=stress, cmap=STRESS_COLOURS, lw=0.3, ec="k")
-        deformed.set_clim(-limit, limit)
-        axes.add_collection(deformed)
-        level = top - snapshot.travel_mm
+        _draw_stress(axes, patches)
         axes.axhline(level, color=VERMILION, lw=1.5)
         axes.annotate(
             "indenter",
@@ -133,7 +123,7 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
             color=VERMILION,
             ha="right",
         )
-        lowest = min(polygon[:, 1].min() for polygon in moved)
+        lowest = min(float(patch.now_mm[..., 1].min()) for patch in patches)
         axes.set(
             aspect="equal",
             xlim=(-1.5 * radius, 1.5 * radius),
@@ -143,28 +133,47 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
         )
         at_midspan = test.fixture.beam_mm is not None and indenter.z_mm == 0.0
         where = "Midspan" if at_midspan else f"Z = {indenter.z_mm:g} mm"
-        axes.set_title(f"{where} at {snapshot.travel_mm:.1f} mm of travel", fontsize=10)
-        figure.colorbar(deformed, ax=axes, label="Axial stress (MPa)", shrink=0.8)
+        force = np.interp(snapshot.time_s, result.curve["time_s"], result.curve["force_N"])
+        axes.set_title(
+            f"{where} at {snapshot.travel_mm:.1f} mm of travel, {force:.1f} N", fontsize=10
+        )
     return figure
 
 
-def _section_faces(
-    snapshot: Snapshot, stalk: Stalk, z_mm: float, mirror: bool
-) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the polygons of a plane, undeformed and deformed, and axial stress beyond it."""
-    grid = to_grid(snapshot.body)
-    beyond = grid.extract_cells(straightened(stalk, grid.cell_centers().points)[:, 2] > z_mm)
-    surface: pv.PolyData = beyond.extract_surface(algorithm="dataset_surface")
-    flat = np.abs(straightened(stalk, surface.points)[:, 2] - z_mm) < 1e-6
-    at = np.asarray(surface.points[:, :2])
-    now = at + surface.point_data["displacement_mm"][:, :2]
-    stress = surface.cell_data["axial_stress_MPa"]
-    faces, moved, values = [], [], []
-    for index, face in enumerate(surface.regular_faces):
-        if not flat[face].all():
-            continue
-        for sign in (1.0, -1.0) if mirror else (1.0,):
-            faces.append(at[face] * (sign, 1.0))
-            moved.append(now[face] * (sign, 1.0))
-            values.append(stress[index])
-    return faces, moved, np.array(values)
+def _draw_stress(axes: Axes, patches: Sequence[Patch]) -> None:
+    """Draw axial stress, thin edges of elements, thick ones of layers, and the undeformed ones."""
+    limit = max(float(np.abs(patch.stress_MPa).max()) for patch in patches)
+    for patch in patches:
+        x, y = np.moveaxis(patch.now_mm, -1, 0)
+        colours = axes.pcolormesh(
+            x,
+            y,
+            patch.stress_MPa,
+            cmap=STRESS_COLOURS,
+            vmin=-limit,
+            vmax=limit,
+            shading="gouraud",
+            rasterized=True,  # vector formats know no such shades
+        )
+    for deformed, colour in ((False, GREY), (True, "black")):
+        inner, outlines = _edges(patches, deformed)
+        axes.add_collection(LineCollection(inner, colors=colour, linewidths=0.25, alpha=0.6))
+        axes.add_collection(LineCollection(outlines, colors=colour, linewidths=1.0))
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(colours, ax=axes, label="Axial stress (MPa)", shrink=0.8)
+
+
+def _edges(patches: Sequence[Patch], deformed: bool) -> tuple[list[Array], list[Array]]:
+    """Return edges between elements of one layer, and those at the borders of layers."""
+    by_place: dict[tuple[object, ...], list[tuple[int, Array]]] = {}
+    for patch in patches:
+        for place, edge in zip(patch.edges(deformed=False), patch.edges(deformed), strict=True):
+            ends = sorted(tuple(end.round(6).tolist()) for end in (place[0], place[-1]))
+            by_place.setdefault(tuple(ends), []).append((patch.layer, edge))
+    inner: list[Array] = []
+    outlines: list[Array] = []
+    for shared in by_place.values():
+        one_layer = len(shared) == 2 and shared[0][0] == shared[1][0]
+        (inner if one_layer else outlines).append(shared[0][1])
+    return inner, outlines

@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
+import matplotlib as mpl
 import numpy as np
 import pyvista as pv
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ramiefenics.model.snapshot import Snapshot
-from ramiefenics.solve.fields import NORMALS, cylinders, to_grid
+from ramiefenics.model.snapshot import Grid, Snapshot
+from ramiefenics.results.style import STYLE
+from ramiefenics.solve.fields import NORMALS, cylinders
 from ramiefenics.solve.figures import STRESS_COLOURS
 from ramiefenics.solve.result import BendingResult
+from ramiefenics.solve.section import at_nodes, lattices
 
 STEEL = "#9aa5b1"
+
+PIXELS = (1600, 640)
+
+STRESS = "axial_stress_MPa"
+
+PLACES = {
+    1: ("000 100 110 010 001 101 111 011", pv.CellType.HEXAHEDRON),
+    2: (
+        "000 200 220 020 002 202 222 022 100 210 120 010 102 212 122 012 001 201 221 021 "
+        "011 211 101 121 110 112 111",
+        pv.CellType.TRIQUADRATIC_HEXAHEDRON,
+    ),
+}
+"""Points of an element in VTK's order, by its order."""
 
 
 def largest_stress(result: BendingResult, number: int = -1) -> float:
     """Return the axial stress, MPa, that half a per cent of a snapshot's surface passes."""
     body = _whole(result.snapshots[number], result.test.numerics.domain)
-    return float(np.percentile(np.abs(body.cell_data["axial_stress_MPa"]), 99.5))
+    return float(np.percentile(np.abs(body.point_data[STRESS]), 99.5))
 
 
-def deformed_picture(
+def deformed_figure(
     result: BendingResult, number: int = -1, limit_MPa: float | None = None
-) -> NDArray[np.uint8]:
-    """Render a snapshot, the last one by default: axial stress on the tube between its cylinders.
+) -> Figure:
+    """Draw a snapshot, the last one by default: axial stress on the tube between its cylinders.
 
     Parameters
     ----------
@@ -33,63 +53,60 @@ def deformed_picture(
         Of the snapshot.
     limit_MPa
         Where colours end; by default `largest_stress`.
-
-    Returns
-    -------
-    numpy.ndarray
-        RGB pixels, shape (900, 1600, 3).
     """
-    snapshot = result.snapshots[number]
-    body = _whole(snapshot, result.test.numerics.domain)
+    snapshot, curve = result.snapshots[number], result.curve
     limit = largest_stress(result, number) if limit_MPa is None else limit_MPa
-    plotter = pv.Plotter(off_screen=True, window_size=[1600, 900])
+    force = np.interp(snapshot.time_s, curve["time_s"], curve["force_N"])
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 4.2), layout="constrained")
+        axes = figure.subplots()
+        axes.set_axis_off()
+        axes.imshow(_render(result, snapshot, limit))
+        axes.set_title(f"{snapshot.travel_mm:.1f} mm, {force:.1f} N", loc="left", fontsize=10)
+        figure.colorbar(
+            ScalarMappable(Normalize(-limit, limit), STRESS_COLOURS),
+            ax=axes,
+            label="Axial stress (MPa)",
+            orientation="horizontal",
+            shrink=0.5,
+            aspect=30,
+            pad=0.02,
+        )
+    return figure
+
+
+def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDArray[np.uint8]:
+    plotter = pv.Plotter(off_screen=True, window_size=list(PIXELS))
     plotter.set_background("white")
     plotter.add_mesh(
-        body,
-        scalars="axial_stress_MPa",
+        _whole(snapshot, result.test.numerics.domain),
+        scalars=STRESS,
         cmap=STRESS_COLOURS,
-        clim=(-limit, limit),
-        ambient=0.25,
-        diffuse=0.7,
-        scalar_bar_args={
-            "title": "Axial stress (MPa)",
-            "color": "black",
-            "fmt": "%.3g",
-            "n_labels": 5,
-            "width": 0.4,
-            "position_x": 0.3,
-            "position_y": 0.04,
-            "title_font_size": 26,
-            "label_font_size": 22,
-        },
+        clim=(-limit_MPa, limit_MPa),
+        ambient=0.35,
+        diffuse=0.65,
+        smooth_shading=True,
+        split_sharp_edges=True,
+        show_scalar_bar=False,
     )
     for cylinder in cylinders(result.test, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
-    plotter.add_text(
-        f"{snapshot.travel_mm:.1f} mm, {_force_at(result, snapshot.time_s):.1f} N",
-        position="upper_left",
-        font_size=14,
-        color="black",
-    )
     stalk = result.test.stalk
     view = max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
     plotter.camera_position = [(view, 0.3 * view, 0.45 * view), (0, 0, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.27 * view
+    plotter.camera.parallel_scale = 0.192 * view
     plotter.enable_anti_aliasing("ssaa")
     pixels = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     plotter.close()
     return pixels
 
 
-def _force_at(result: BendingResult, time_s: float) -> float:
-    curve = result.curve
-    return float(np.interp(time_s, curve["time_s"], curve["force_N"]))
-
-
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
     """Mirror the modelled part to the whole stalk, without the faces where it was cut."""
-    surface = to_grid(snapshot.body).extract_surface(algorithm="dataset_surface")
+    surface = _elements(snapshot.body).extract_surface(
+        algorithm="dataset_surface", nonlinear_subdivision=2
+    )
     normals = NORMALS[domain]
     middle = surface.cell_centers().points
     cut = np.any([np.abs(middle @ normal) < 1e-6 for normal in normals], axis=0)
@@ -99,3 +116,20 @@ def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
     for normal in normals:
         body = body.append_polydata(body.reflect(normal, point=(0, 0, 0)))
     return body.clean()
+
+
+def _elements(grid: Grid) -> pv.UnstructuredGrid:
+    """Return whole elements with displacement and stress; at a border, the outer layer's."""
+    text, kind = PLACES[grid.order]
+    places = tuple(np.array([[int(digit) for digit in one] for one in text.split()]).T)
+    nodes = lattices(grid)[(slice(None), *places)]
+    values = at_nodes(grid, STRESS)[(slice(None), *places)]
+    layers = grid.cell_data["layer"].reshape(len(nodes), -1)[:, 0]
+    stress = np.zeros(len(grid.points))
+    for layer in np.unique(layers):
+        stress[nodes[layers == layer]] = values[layers == layer]
+    cells = np.column_stack([np.full(len(nodes), nodes.shape[1]), nodes]).ravel()
+    made = pv.UnstructuredGrid(cells, np.full(len(nodes), kind, dtype=np.uint8), grid.points)
+    made.point_data["displacement_mm"] = grid.point_data["displacement_mm"]
+    made.point_data[STRESS] = stress
+    return made

@@ -241,7 +241,7 @@ class BendingResult(Result):
     def figures(self) -> dict[str, Picture]:
         """Return the curve; where there are snapshots, section and stalk at the last one."""
         from ramiefenics.solve.figures import curve_figure, section_figure
-        from ramiefenics.solve.pictures import deformed_picture
+        from ramiefenics.solve.pictures import deformed_figure
 
         drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
         if self.snapshots:
@@ -250,10 +250,11 @@ class BendingResult(Result):
             load = f"at {last.travel_mm:.1f} mm of travel and {force:.1f} N"
             drawn["section"] = Picture(
                 lambda: section_figure(self),
-                f"Section under the indenter {load}, over the undeformed one.",
+                f"Section under the indenter {load}, over the undeformed one. Thick lines are the "
+                "borders of layers, thin ones those of elements.",
             )
             drawn["deformed"] = Picture(
-                lambda: deformed_picture(self), f"The stalk {load}, between its cylinders."
+                lambda: deformed_figure(self), f"The stalk {load}, between its cylinders."
             )
         return drawn
 
