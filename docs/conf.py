@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from nbconvert import MarkdownExporter
 from sphinx.application import Sphinx
 
 import ramiefenics
@@ -166,6 +167,38 @@ def write_files() -> None:
     (REFERENCE / "files.md").write_text("\n".join(lines), encoding="utf-8")
 
 
+def write_gallery() -> None:
+    """Write the page of figures with what makes them."""
+    lines = ["# Gallery", "", "Each figure with all that makes it.", ""]
+    for path in sorted((REFERENCE.parent / "gallery").glob("*.py")):
+        title, _, code = path.read_text(encoding="utf-8").partition("\n\n")
+        title = title.strip('"')
+        lines += [f"## {title.rstrip('.')}", "", f"![{title}](../gallery/{path.stem}.png)", ""]
+        lines += ["```python", code.strip(), "```", ""]
+    (REFERENCE / "gallery.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_notebooks() -> None:
+    """Write a page of every notebook, with its stored outputs."""
+    pages = []
+    for path in sorted((REFERENCE.parents[1] / "notebooks").glob("*.ipynb")):
+        text, extras = MarkdownExporter().from_filename(str(path))
+        for name, content in extras["outputs"].items():
+            text = text.replace(name, f"{path.stem}_{name}")
+            (REFERENCE / f"{path.stem}_{name}").write_bytes(content)
+        (REFERENCE / f"{path.stem}.md").write_text(_within_pages(text), encoding="utf-8")
+        pages.append(path.stem)
+    lines = ["# Notebooks", "", "They are in `notebooks`, to be run and changed.", ""]
+    lines += ["```{toctree}", *pages, "```", ""]
+    (REFERENCE / "notebooks.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def _within_pages(text: str) -> str:
+    """Return a notebook's text with colours of terminals left out, and links to pages one up."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", text)
+    return text.replace("](../docs/", "](../")
+
+
 def between_pages(text: str) -> str:
     """Return Markdown of the repository with links between pages, which have their titles."""
     for link, other in LINKS.items():
@@ -184,5 +217,13 @@ def setup(app: Sphinx) -> None:
 
 
 REFERENCE.mkdir(exist_ok=True)
-for write in (write_specification, write_python, write_commands, write_examples, write_files):
+for write in (
+    write_specification,
+    write_python,
+    write_commands,
+    write_examples,
+    write_files,
+    write_gallery,
+    write_notebooks,
+):
     write()

@@ -221,3 +221,15 @@ def test_derivatives_that_come_with_a_run_are_those_of_small_differences(
     expected = (forces[1] - forces[0]) / (ends[1] - ends[0]) * effect.typical
     largest = np.abs(expected).max()
     assert derivative.to_numpy() == pytest.approx(expected, abs=0.01 * largest)
+
+
+def test_tasks_go_as_far_as_the_straight_part_that_zeroes(
+    screening: rf.BendingTest, springs: Springs
+) -> None:
+    """It may go on beyond the range that is compared, and a toe comes before it."""
+    data = observed(AT_MM)
+    plain = Predictor([screening], data, springs).task(screening).test.protocol
+    assert plain.travel_mm == AT_MM[-1]
+    long = dataclasses.replace(data, straight_mm=((0.1, AT_MM[-1] + 1.0),))
+    task = Predictor([screening], long, springs).task(screening)
+    assert task.test.protocol.travel_mm > AT_MM[-1] + 1.0

@@ -25,7 +25,8 @@ from ramiefenics.specification import (
     read_test,
 )
 from ramiefenics.specification.checks import check_choice, check_number, check_text
-from ramiefenics.specification.files import from_dict, read_toml
+from ramiefenics.specification.files import from_dict
+from ramiefenics.specification.reading import read_toml
 
 STUDIES = Path(__file__).resolve().parent / "studies"
 """Files of the studies that can be named."""

@@ -110,8 +110,9 @@ class Predictor:
     ) -> CurveTask:
         """Return the task of a curve as far as the data go, with derivatives."""
         travel = float(self._at.max())  # the same for all, so that they learn from one another
-        if any(self._observed.straight_mm or ()):
-            travel *= 1.0 + TOE
+        straight = [part for part in self._observed.straight_mm or () if part is not None]
+        if straight:  # which may go on beyond what is compared
+            travel = (1.0 + TOE) * max(travel, *(end for _, end in straight))
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )

@@ -28,7 +28,8 @@ from ramiefenics.specification import (
     override,
     read_test,
 )
-from ramiefenics.specification.files import from_dict, read_toml
+from ramiefenics.specification.files import from_dict
+from ramiefenics.specification.reading import read_toml
 
 
 @dataclass(frozen=True)

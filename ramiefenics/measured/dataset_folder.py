@@ -17,6 +17,7 @@ from ramiefenics.measured.readers.words import DIAMETERS, SPANS
 from ramiefenics.measured.record import REDUCED
 from ramiefenics.measured.tables import parse_number
 from ramiefenics.results.draft import draft
+from ramiefenics.results.text import unspoken
 from ramiefenics.specification import Fixture, SpecificationError
 from ramiefenics.specification.files import archive_test
 from ramiefenics.specification.sources import as_test
@@ -101,7 +102,7 @@ def write_dataset(
         (made / "dataset.toml").write_text(HEAD + tomli_w.dumps(layout), encoding="utf-8")
         table = pd.DataFrame(rows)
         order = [*(name for name in table.columns if name != "curve"), "curve"]
-        table[order].to_csv(made / SPECIMENS, index=False)
+        unspoken(table[order]).to_csv(made / SPECIMENS, index=False)
         (made / CURVES).mkdir()
         for name, raw in curves.items():
             raw.curve.to_csv(made / CURVES / f"{name}.csv", index=False, float_format="%.8g")

@@ -137,8 +137,6 @@ class Layout:
                 if not listed(value) or not all(isinstance(v, str) for v in listed(value)):
                     allowed = "must be the name of a column, or a list of some"
                     raise SpecificationError(f"{table}.{key}", value, allowed)
-        if not isinstance(self.fit, list):
-            raise SpecificationError("fit", self.fit, "must be a list of names")
 
 
 def listed(value: Any) -> list[Any]:

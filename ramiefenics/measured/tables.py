@@ -14,6 +14,7 @@ import pandas as pd
 
 from ramiefenics.measured.noise import Array
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.reading import read_bytes
 
 ENCODINGS = ("utf-8-sig", "utf-16", "cp1252")
 """Tried in turn; machines run Windows."""
@@ -69,10 +70,7 @@ def read_lines(path: Path, encodings: Sequence[str] = ENCODINGS) -> list[str]:
     SpecificationError
         If it cannot be read, or is no text.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
+    data = read_bytes(path)
     for encoding in encodings:
         if encoding == "utf-16" and data[:2] not in (b"\xff\xfe", b"\xfe\xff"):
             continue

@@ -17,7 +17,7 @@ from ramiefenics.published.rounding import Printed
 from ramiefenics.published.tables import printed_table, printed_values, published_table
 from ramiefenics.reconciliation.least_squares import Fit
 from ramiefenics.specification import SpecificationError
-from ramiefenics.specification.files import read_toml
+from ramiefenics.specification.reading import read_toml
 
 SUMS = ("model", "residual", "lack of fit", "pure error", "total")
 """Sums of squares of an analysis of variance that belong to no single term."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from ramiefenics.results.draft import draft
 from ramiefenics.results.page import page
 from ramiefenics.results.result import Result
+from ramiefenics.results.text import unspoken
 from ramiefenics.specification.files import archive_test
 
 
@@ -38,7 +39,7 @@ def write_folder(found: Result, folder: str | Path) -> Path:
         place.mkdir(exist_ok=True)
         for name, table in found.tables().items():
             digits = f"%.{table.digits}g"
-            table.data.to_csv(place / f"{name}.csv", index=False, float_format=digits)
+            unspoken(table.data).to_csv(place / f"{name}.csv", index=False, float_format=digits)
         for name, test in found.specifications().items():
             archive_test(test, place / f"{name}.toml")
         for path in found.user_files():

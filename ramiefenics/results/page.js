@@ -27,7 +27,11 @@ for (const table of document.querySelectorAll("table")) {
   const button = document.createElement("button");
   button.textContent = "Save as CSV";
   button.addEventListener("click", () => {
-    const quoted = (cell) => `"${cell.textContent.replaceAll('"', '""')}"`;
+    const quoted = (cell) => {
+      const text = cell.textContent.replaceAll('"', '""');
+      const runs = /^[=+\-@]/.test(text) && Number.isNaN(Number(text));  // in a spreadsheet
+      return `"${runs ? "'" : ""}${text}"`;
+    };
     const lines = [...table.rows].map((row) => [...row.cells].map(quoted).join(","));
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }));

@@ -7,6 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""First characters of what spreadsheets take for a formula."""
+
 
 def stack(parts: Mapping[Any, pd.DataFrame], label: str) -> pd.DataFrame:
     """Return tables on top of each other, the first column saying which is whose."""
@@ -22,6 +25,29 @@ def cells(data: pd.DataFrame, digits: int = 4) -> pd.DataFrame:
         return "" if value is None else str(value)
 
     return data.astype(object).map(cell)
+
+
+def unspoken(data: pd.DataFrame) -> pd.DataFrame:
+    """Return a table for a file, without cells that a spreadsheet would run as a formula.
+
+    A text that begins as one, and is no number, gets an apostrophe, as spreadsheets want it.
+    """
+
+    def plain(cell: object) -> object:
+        if isinstance(cell, str) and cell[:1] in FORMULA and not _is_number(cell):
+            return f"'{cell}"
+        return cell
+
+    texts = data.select_dtypes(exclude="number").columns
+    return data.assign(**{name: data[name].map(plain) for name in texts}).rename(columns=plain)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def markdown(data: pd.DataFrame) -> str:

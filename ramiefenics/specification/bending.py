@@ -15,6 +15,9 @@ from ramiefenics.specification.numerics import DOMAINS, Numerics
 from ramiefenics.specification.protocol import Protocol
 from ramiefenics.specification.stalk import Stalk
 
+LEAST_STEP, LEAST_CUT_STEP = 1e-4, 1e-7
+"""Of a step as long as may be, and of one cut short: shares of the path."""
+
 
 @dataclass(frozen=True)
 class BendingTest:
@@ -63,6 +66,7 @@ class BendingTest:
             raise error.inside("fixture") from error
         self._check_symmetry()
         self._check_held()
+        self._check_steps()
         self._check_bow()
 
     def front_mm(self, cylinder: Cylinder) -> float:
@@ -88,6 +92,15 @@ class BendingTest:
         if self.fixture.off_centre and static == 0.0:
             allowed = "must be above 0: pressed off centre, nothing else keeps a stalk from sliding"
             raise SpecificationError("fixture.friction.static", static, allowed)
+
+    def _check_steps(self) -> None:
+        """Check that steps are not so short that a run never ends."""
+        length, stepping = self.protocol.length_mm, self.numerics.stepping
+        for name, share in (("max_step_mm", LEAST_STEP), ("min_step_mm", LEAST_CUT_STEP)):
+            step, least = getattr(stepping, name), share * length
+            if step < least:
+                allowed = f"must be at least {least:.3g} mm for a path of {length:g} mm"
+                raise SpecificationError(f"numerics.stepping.{name}", step, allowed)
 
     def _check_bow(self) -> None:
         """Check that cylinders touch a bowed stalk each at one place."""

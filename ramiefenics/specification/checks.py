@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
+import sys
 from typing import Any
 
 from ramiefenics.specification.errors import SpecificationError
@@ -81,7 +81,7 @@ def checked_number(
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float))
-        or not math.isfinite(value)
+        or not -sys.float_info.max <= value <= sys.float_info.max  # whole numbers have no limit
         or (above is not None and value <= above)
         or (at_least is not None and value < at_least)
         or (below is not None and value >= below)

@@ -8,11 +8,10 @@ import functools
 import math
 import os
 import shutil
-import tomllib
 import types
 import typing
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,6 +20,7 @@ import tomli_w
 from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
+from ramiefenics.specification.reading import parse_toml, read_toml
 
 T = TypeVar("T")
 
@@ -81,30 +81,6 @@ def _is_file(law: Any) -> bool:
 def dump_test(test: BendingTest) -> str:
     """Return a test as TOML."""
     return tomli_w.dumps(to_dict(test))
-
-
-def read_toml(path: str | Path, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    parse_float
-        What numbers with a decimal point become; `str` keeps their digits.
-
-    Raises
-    ------
-    SpecificationError
-        If there is no such file, or it is no TOML.
-    """
-    try:
-        with Path(path).open("rb") as stream:
-            return tomllib.load(stream, parse_float=parse_float)
-    except OSError as error:
-        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SpecificationError("file", str(path), f"is not valid TOML ({error})") from error
 
 
 def test_from_dict(data: Mapping[str, Any]) -> BendingTest:
@@ -196,7 +172,26 @@ def _convert(hint: Any, name: str, value: Any) -> Any:
             return from_dict(typing.cast(type, hint), value)
         except SpecificationError as error:
             raise error.inside(name) from error
+    _check_kind(hint, name, value)
     return value
+
+
+def _check_kind(hint: Any, name: str, value: Any) -> None:
+    """Check that a value is text, a list of text or a table where that is wanted.
+
+    Numbers are checked by their bounds.
+    """
+    if value is None:
+        return
+    if hint is str and not isinstance(value, str):
+        raise SpecificationError(name, value, "must be text")
+    if typing.get_origin(hint) is dict and not isinstance(value, Mapping):
+        raise SpecificationError(name, value, "must be a table")
+    if hint == list[str]:
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            raise SpecificationError(name, value, "must be a list of names")
+        if twice := [item for item in value if value.count(item) > 1]:
+            raise SpecificationError(name, twice[0], "must not be named twice")
 
 
 def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
@@ -290,9 +285,12 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 def _parse_value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        told = parse_toml(f"value = {text}")
+    except ValueError:
         return text
+    if len(told) > 1:
+        raise SpecificationError("--set", text, "must be one value")
+    return told["value"]
 
 
 def _assign(data: Any, cls: Any, key: str, value: Any) -> None:

@@ -42,6 +42,10 @@ class Target:
                 raise SpecificationError("speed_mm_per_s", self.speed_mm_per_s, allowed)
 
 
+MOST_STATES = 1000
+"""Whose fields are saved: gigabytes, on a fine mesh."""
+
+
 @dataclass(frozen=True)
 class Leg:
     """A part of the path, at one speed.
@@ -92,6 +96,15 @@ class Protocol:
                 allowed = "must differ from the travel before it; to stay, hold_s"
                 raise SpecificationError(f"then.{number}.to_mm", target.to_mm, allowed)
             at = at if target.to_mm is None else target.to_mm
+        least = self.length_mm / MOST_STATES
+        if self.save_every_mm < least:
+            allowed = f"must be at least {least:.3g} mm: at most {MOST_STATES} states are saved"
+            raise SpecificationError("save_every_mm", self.save_every_mm, allowed)
+
+    @property
+    def length_mm(self) -> float:
+        """What the indenter goes, there and back."""
+        return sum(abs(leg.to_mm - leg.from_mm) for leg in self.legs)
 
     @property
     def legs(self) -> tuple[Leg, ...]:

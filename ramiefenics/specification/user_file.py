@@ -37,7 +37,7 @@ def load_objects(path: str | Path, kind: type[T], field: str) -> list[T]:
         exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
     except SpecificationError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         reason = f"{type(error).__name__}: {error}"
         raise SpecificationError(field, str(path), f"does not run ({reason})") from error
     found = [value for value in vars(module).values() if isinstance(value, kind)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
@@ -16,6 +15,7 @@ import pandas as pd
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
 from ramiefenics.specification import SpecificationError, override
+from ramiefenics.specification.reading import parse_toml
 from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
@@ -92,8 +92,8 @@ def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
 
 def _parsed(text: str) -> Value:
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = parse_toml(f"value = {text}")["value"]
+    except ValueError:
         return text
     return value if isinstance(value, (float, int, bool)) else text
 

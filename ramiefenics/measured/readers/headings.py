@@ -17,7 +17,9 @@ import csv
 import math
 import re
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 import pandas as pd
 
@@ -33,6 +35,7 @@ from ramiefenics.measured.tables import (
     unit_factor,
 )
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.reading import LARGEST_BYTES, read_bytes
 
 DELIMITERS = (",", ";", "\t")
 
@@ -100,7 +103,7 @@ def _found(path: Path) -> tuple[list[str], tuple[int, str, Columns]]:
 
 def _is_bytes(path: Path, encoding: str) -> bool:
     try:
-        path.read_bytes().decode(encoding)
+        read_bytes(path).decode(encoding)
     except UnicodeDecodeError:
         return False
     return True
@@ -108,9 +111,14 @@ def _is_bytes(path: Path, encoding: str) -> bool:
 
 def _sheets(path: Path) -> list[list[str]]:
     """Return the sheets of a workbook as lines, tabs between cells."""
+    content = BytesIO(read_bytes(path))
     try:
-        sheets = pd.read_excel(path, sheet_name=None, header=None, dtype=object)
-    except (OSError, ValueError, KeyError) as error:
+        with ZipFile(content) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        if size > LARGEST_BYTES:
+            raise ValueError(f"unpacked, it would have {size / 1e6:.0f} MB")
+        sheets = pd.read_excel(content, sheet_name=None, header=None, dtype=object)
+    except (OSError, ValueError, KeyError, BadZipFile, SyntaxError) as error:
         raise SpecificationError("file", str(path), f"cannot be read ({error})") from error
     return [
         ["\t".join(_text(cell) for cell in row) for row in sheet.itertuples(index=False)]

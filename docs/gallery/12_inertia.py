@@ -1,0 +1,6 @@
+"""The same bend with inertia, by central differences, beside the quasi-static one."""
+
+import ramiefenics as rf
+
+found = rf.simulate_explicitly("table3", travel_mm=2)
+figure = found.plot()

@@ -1,0 +1,77 @@
+"""Files that others have written: read whole, within bounds, or refused in one sentence."""
+
+from __future__ import annotations
+
+import stat
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ramiefenics.specification.errors import SpecificationError
+
+LARGEST_BYTES = 200_000_000
+"""Of a file that is read into memory: a record of hours at a kilohertz."""
+
+LARGEST_TOML_BYTES = 10_000_000
+
+
+def read_bytes(path: Path, most: int = LARGEST_BYTES) -> bytes:
+    """Return the content of a file.
+
+    Raises
+    ------
+    SpecificationError
+        If it cannot be read, is a device or a pipe, which may have no end, or is too large.
+    """
+    try:
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            what = "is a folder" if stat.S_ISDIR(about.st_mode) else "is no regular file"
+            raise SpecificationError("file", str(path), f"cannot be read ({what})")
+        if about.st_size > most:
+            allowed = f"must have at most {most / 1e6:g} MB, but has {about.st_size / 1e6:.0f}"
+            raise SpecificationError("file", str(path), allowed)
+        return path.read_bytes()
+    except OSError as error:
+        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
+    except ValueError as error:
+        if isinstance(error, SpecificationError):
+            raise
+        raise SpecificationError("file", str(path), f"cannot be read ({error})") from error
+
+
+def parse_toml(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
+    """Return what TOML says.
+
+    Raises
+    ------
+    ValueError
+        If it is no TOML, nested too deeply, or has a number of too many digits.
+    """
+    try:
+        return tomllib.loads(text, parse_float=parse_float)
+    except RecursionError as error:
+        raise ValueError("it is nested too deeply") from error
+
+
+def read_toml(path: str | Path, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    parse_float
+        What numbers with a decimal point become; `str` keeps their digits.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such file, or it is no TOML.
+    """
+    content = read_bytes(Path(path), LARGEST_TOML_BYTES)
+    try:
+        return parse_toml(content.decode("utf-8-sig").replace("\r\n", "\n"), parse_float)
+    except ValueError as error:
+        raise SpecificationError("file", str(path), f"is not valid TOML ({error})") from error
