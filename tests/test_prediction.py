@@ -11,7 +11,7 @@ from mpi4py import MPI
 import ramiefenics as rf
 from ramiefenics.discovery.blocks import Blocks
 from ramiefenics.discovery.factors import factors
-from ramiefenics.discovery.fitting import Fitter
+from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.meshes import finer, limit
 from ramiefenics.discovery.observed import Observed
@@ -233,3 +233,19 @@ def test_tasks_go_as_far_as_the_straight_part_that_zeroes(
     long = dataclasses.replace(data, straight_mm=((0.1, AT_MM[-1] + 1.0),))
     task = Predictor([screening], long, springs).task(screening)
     assert task.test.protocol.travel_mm > AT_MM[-1] + 1.0
+
+
+@pytest.mark.parametrize(("at", "steady"), [(0.99, True), (0.5, False)])
+def test_a_fit_at_its_bound_is_steady_where_it_was_linearised(at: float, steady: bool) -> None:
+    """All that an amplitude can be is its bound: it has no standard deviation."""
+    fit = SimpleNamespace(
+        evidence=SimpleNamespace(whole=[0]),
+        log_factors=np.zeros((1, 2)),
+        chosen=("fibre_damage",),
+        amplitudes={"fibre_damage": 0.99},
+        sd=lambda name: 0.0,
+    )
+    model = SimpleNamespace(
+        log_factors=np.zeros((1, 2)), amplitude=lambda name: at, effects={"fibre_damage": None}
+    )
+    assert Fitted(SimpleNamespace(model=model), fit).steady == steady

@@ -63,12 +63,12 @@ class Fitted:
         model, fit = self.curves.model, self.fit
         whole = fit.evidence.whole
         moves = np.abs(fit.log_factors - model.log_factors)[whole].max()
-        changes = [
-            abs(amplitude - model.amplitude(name)) / fit.sd(name)
+        near = all(  # at a bound there is no deviation
+            abs(amplitude - model.amplitude(name)) <= STEADY_ERRORS * fit.sd(name)
             for name, amplitude in fit.amplitudes.items()
-        ]
+        )
         same = set(fit.chosen) == set(model.effects)
-        return bool(same and moves < STEADY and max(changes, default=0.0) < STEADY_ERRORS)
+        return bool(same and near and moves < STEADY)
 
 
 class Fitter:
