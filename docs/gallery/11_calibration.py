@@ -1,7 +1,7 @@
-"""The published study: twenty simulations by design, a response surface, its optimum."""
+"""The published study: twenty simulations by design, and a response surface."""
 
 import ramiefenics as rf
 
 found = rf.calibrate("table4")
 print(found)
-figure = found.plot("optimum")
+figure = found.plot("contours_max_force_N")
