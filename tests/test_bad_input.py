@@ -123,10 +123,28 @@ def test_a_broken_archive(tmp_path: Path, content: bytes) -> None:
         ("numerics.stepping.max_step_mm=1e-9", "must be at least 0.0014 mm"),
         ("numerics.stepping.min_step_mm=1e-300", "must be at least 1.4e-06 mm"),
         ("numerics.domain=5", "must be text"),
+        ("numerics.mesh.angular_elements=400", "side_growth = "),
     ],
 )
 def test_values_on_the_command_line(assignment: str, said: str) -> None:
     assert said in refused(rf.override, rf.ramie(14.0, 7.0, 0.6), [assignment])
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("stalk.void_diameter_mm", 1e-6), ("stalk.layers.phloem.outer_diameter_mm", 12.660000001)],
+)
+def test_what_is_too_thin_to_be_meshed(key: str, value: float) -> None:
+    stalk = rf.ramie(14.0, 7.0, 0.67)
+    assert "must " in refused(rf.override, stalk, {key: value})
+
+
+def test_what_gmsh_cannot_mesh(coarse: rf.BendingTest, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(dimension: int) -> None:
+        raise Exception("Surface 3 is transfinite but has 1 hole")
+
+    monkeypatch.setattr("gmsh.model.mesh.generate", fail)
+    assert "cannot be meshed (Surface 3" in refused(rf.simulate, coarse)
 
 
 def test_a_long_value_is_told_in_part() -> None:

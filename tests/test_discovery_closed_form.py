@@ -87,6 +87,8 @@ def test_nothing_hidden_is_nothing_found(tmp_path: Path) -> None:
     assert found.verdict == "none"
     assert found.causes == ()
     assert found.extended is None
+    with pytest.raises(rf.SpecificationError, match="must be a fitted effect"):
+        found.interval(GAP.name)
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ from ramiefenics.effects import Effect
 from ramiefenics.effects.combining import with_effects
 from ramiefenics.measured import Dataset
 from ramiefenics.results.result import Picture, Result, Table
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict
 
 ALIKE = 0.9
@@ -150,7 +150,16 @@ class Discovery(Result):
         return self.fitted.fit.amplitudes
 
     def interval(self, name: str) -> tuple[float, float]:
-        """Return the 95 % interval of an amplitude, within its bounds."""
+        """Return the 95 % interval of a fitted amplitude, within its bounds.
+
+        Raises
+        ------
+        SpecificationError
+            If none of that name was fitted.
+        """
+        if name not in self.amplitudes:
+            fitted = ", ".join(self.amplitudes) or "there is none"
+            raise SpecificationError("name", name, f"must be a fitted effect ({fitted})")
         return self.fitted.fit.interval(name)
 
     @property

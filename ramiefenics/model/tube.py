@@ -18,7 +18,7 @@ from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import FILM, add_section
 from ramiefenics.model.shape import stalk_point
-from ramiefenics.specification import BendingTest, Layer, Stalk
+from ramiefenics.specification import BendingTest, Layer, SpecificationError, Stalk
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
 """Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
@@ -52,10 +52,23 @@ class TubeMesh:
 
 
 def build_tube(test: BendingTest, comm: MPI.Comm) -> TubeMesh:
-    """Mesh a test's stalk and distribute it over `comm`; collective, no file is written."""
+    """Mesh a test's stalk and distribute it over `comm`; collective, no file is written.
+
+    Raises
+    ------
+    SpecificationError
+        If Gmsh cannot mesh it; on all ranks.
+    """
     with _gmsh_session():
+        refused = None
         if comm.rank == 0:
-            _add_tube(test)
+            try:
+                _add_tube(test)
+            except SpecificationError as error:
+                refused = error
+        refused = comm.bcast(refused)
+        if refused is not None:
+            raise refused
         mesh, cells, facets = mesh_from_gmsh(gmsh.model, comm)
     return TubeMesh(mesh, cells, facets)
 
@@ -124,7 +137,11 @@ def _add_tube(test: BendingTest) -> None:
     for name, surfaces in _classify(volumes, test).items():
         if surfaces:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
-    gmsh.model.mesh.generate(3)
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception as error:  # Gmsh has no other
+        allowed = f"cannot be meshed ({error})"
+        raise SpecificationError("stalk", None, allowed) from error
     gmsh.model.mesh.setOrder(numerics.mesh.order)
     straight = replace(
         stalk,

@@ -17,6 +17,10 @@ LONGEST_UNDER_A_CYLINDER = 0.09
 """Longest `MeshRecipe.contact_size`, two radii: a longer cell may miss the cylinder."""
 
 
+STEEPEST = 1000.0
+"""Largest over smallest element in a row that grows; beyond, Gmsh's nodes coincide."""
+
+
 @dataclass(frozen=True)
 class MeshRecipe:
     """How finely the tube is cut into hexahedra.
@@ -84,12 +88,22 @@ class MeshRecipe:
         check_number(self, "growth", at_least=0.0)
         check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
         check_number(self, "side_growth", at_least=1.0, at_most=3.0)
+        self._check_grading("side_growth", self.angular_elements // 2)
+        self._check_grading("bore_growth", self.wall_elements)
         check_choice(self, "serendipity", (False, True))
         object.__setattr__(self, "serendipity", self.serendipity and self.order == 2)
         if self.name in _names():
             recipe = _unnamed(self.name)
             if dataclasses.replace(self, name=recipe.name) != recipe:
                 object.__setattr__(self, "name", recipe.name)
+
+    def _check_grading(self, name: str, elements: int) -> None:
+        """Check that the smallest element is not lost beside the largest."""
+        ratio = getattr(self, name)
+        largest = STEEPEST ** (1.0 / elements)
+        if ratio > largest:
+            allowed = f"must be at most {largest:.4g} for so many elements, {elements} in a row"
+            raise SpecificationError(name, ratio, allowed)
 
     @property
     def max_force_error(self) -> float | None:

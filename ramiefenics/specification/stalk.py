@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
@@ -46,6 +47,10 @@ class Layer:
             )
         check_number(self, "outer_diameter_mm", above=0.0, unit="mm")
         check_instance(self, "material", Material)
+
+
+THINNEST = 1e-4
+"""Thickness of a layer, and diameter of a void, over that of the stalk."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +155,7 @@ class Stalk:
             names.add(layer.name)
             inner = layer.outer_diameter_mm
             inside = f"layers.{layer.name}.outer_diameter_mm"
+        self._check_thickness()
         check_instance(self, "tissue", Tissue)
         if self.section_height_mm is not None:
             check_number(self, "section_height_mm", above=0.0, unit="mm")
@@ -188,6 +194,20 @@ class Stalk:
                 f"must leave positive moduli at position_mm = {self.position_mm:g}, which is "
                 f"{self.position_mm - self.reference_position_mm:g} mm from where they are given",
             )
+
+    def _check_thickness(self) -> None:
+        """Check that void and layers are wide enough to be told from points and surfaces."""
+        least = THINNEST * self.outer_diameter_mm
+        if 0.0 < self.void_diameter_mm < least:
+            allowed = f"must be 0 or at least {least:.3g} mm, a ten-thousandth of the stalk's"
+            raise SpecificationError("void_diameter_mm", self.void_diameter_mm, allowed)
+        for layer, (inner, outer) in zip(
+            self.layers, itertools.pairwise(self.radii_mm), strict=True
+        ):
+            if outer - inner < least:
+                allowed = f"must leave the layer at least {least:.3g} mm thick"
+                field = f"layers.{layer.name}.outer_diameter_mm"
+                raise SpecificationError(field, layer.outer_diameter_mm, allowed)
 
     def _check_void(self) -> None:
         """Check that a void off the axis is within the innermost layer."""
