@@ -139,6 +139,11 @@ def test_what_is_too_thin_to_be_meshed(key: str, value: float) -> None:
     assert "must " in refused(rf.override, stalk, {key: value})
 
 
+def test_a_mesh_without_end(coarse: rf.BendingTest) -> None:
+    test = rf.override(coarse, ["numerics.mesh.contact_size=1e-6", "numerics.mesh.growth=0"])
+    assert "must make at most 3,000,000 cells" in refused(rf.simulate, test)
+
+
 def test_what_gmsh_cannot_mesh(coarse: rf.BendingTest, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(dimension: int) -> None:
         raise Exception("Surface 3 is transfinite but has 1 hole")

@@ -18,12 +18,15 @@ from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import FILM, add_section
 from ramiefenics.model.shape import stalk_point
-from ramiefenics.specification import BendingTest, Layer, SpecificationError, Stalk
+from ramiefenics.specification import BendingTest, Layer, MeshRecipe, SpecificationError, Stalk
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
 """Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
 
 NODE = "node"
+
+MOST_CELLS = 3_000_000
+"""Of a mesh: tens of millions of unknowns."""
 
 FILM_TAG = 100
 """Physical tag of the film that bonds the outermost layer, if that is not perfect."""
@@ -123,6 +126,7 @@ def _add_tube(test: BendingTest) -> None:
     z = axial_positions(test)
     stalk, numerics = test.stalk, test.numerics
     full = numerics.domain == "full"
+    _check_number(numerics.mesh, len(z) - 1, full)
     if stalk.node_mm is None:
         section = add_section(stalk, numerics.mesh, float(z[0]), full)
         volumes, _ = _extrude(section, z)
@@ -153,6 +157,15 @@ def _add_tube(test: BendingTest) -> None:
     )
     if stalk != straight:
         _shape(stalk)
+
+
+def _check_number(recipe: MeshRecipe, along: int, full: bool) -> None:
+    """Check that a mesh can be made in minutes, and its matrix be stored."""
+    around = recipe.angular_elements * (2 if full else 1)
+    cells = along * around * (recipe.wall_elements + recipe.rind_elements)
+    if cells > MOST_CELLS:
+        allowed = f"must make at most {MOST_CELLS:,} cells, but would make {cells:,}"
+        raise SpecificationError("numerics.mesh", recipe.name, allowed)
 
 
 def _shape(stalk: Stalk) -> None:
