@@ -35,6 +35,7 @@ from ramiefenics.cli.measured import compare_command, import_command, reduce_com
 from ramiefenics.cli.notes import notes
 from ramiefenics.cli.output import with_options
 from ramiefenics.cli.reconcile import reconcile_command
+from ramiefenics.cli.schemas import schema_command
 from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.files import dump_test
@@ -56,6 +57,7 @@ app.command("import")(with_options(on_first_rank(import_command), result=False))
 app.command("plan")(with_options(on_first_rank(plan_command)))
 app.command("reconcile")(with_options(on_first_rank(reconcile_command)))
 app.command("reduce")(with_options(on_first_rank(reduce_command)))
+app.command("schema")(with_options(on_first_rank(schema_command), result=False))
 app.command("sweep")(with_options(on_first_rank(sweep_command)))
 app.command("validate")(with_options(on_first_rank(validate_command)))
 app.command("verify")(with_options(on_first_rank(verify_command)))

@@ -1,0 +1,69 @@
+"""JSON schemas of the files that a user writes, from the classes that read them.
+
+Editors complete keys by them, show what each means, and mark what is unknown. Bounds are not in
+them: those are checked where the file is read.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from typing import Any
+
+from ramiefenics.specification.explained import attributes
+from ramiefenics.specification.files import INFINITE
+from ramiefenics.specification.mesh_recipe import MeshRecipe, recipe_names
+
+TYPES = {float: "number", int: "integer", str: "string", bool: "boolean", dict: "object"}
+
+
+def schema(cls: Any, title: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the JSON schema (draft 2020-12) of the files that a dataclass is read from.
+
+    Parameters
+    ----------
+    cls
+        The dataclass.
+    title
+        Of the schema.
+    without
+        Fields that the file does not state.
+    """
+    inside: dict[str, Any] = {}
+    whole = _table(cls, inside, without)
+    draft = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": draft, "title": title, **whole, "$defs": inside}
+
+
+def _table(cls: Any, inside: dict[str, Any], without: tuple[str, ...] = ()) -> dict[str, Any]:
+    hints, meanings = typing.get_type_hints(cls), attributes(cls)
+    fields = [field for field in dataclasses.fields(cls) if field.name not in without]
+    missing = dataclasses.MISSING
+    needed = [f.name for f in fields if f.default is missing and f.default_factory is missing]
+    properties = {}
+    for field in fields:
+        kind = _kind(hints[field.name], inside)
+        if "radius" in field.name:
+            kind = {"anyOf": [kind, {"const": INFINITE}]}
+        meaning = meanings.get(field.name, "")
+        properties[field.name] = {**kind, "description": meaning} if meaning else kind
+    table = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {**table, "required": needed} if needed else table
+
+
+def _kind(hint: Any, inside: dict[str, Any]) -> dict[str, Any]:
+    if isinstance(hint, types.UnionType):
+        kinds = [_kind(one, inside) for one in typing.get_args(hint) if one is not type(None)]
+        return kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
+    origin = typing.get_origin(hint) or hint
+    if origin in (tuple, list):
+        return {"type": "array", "items": _kind(typing.get_args(hint)[0], inside)}
+    if dataclasses.is_dataclass(hint):
+        name = typing.cast(type, hint).__name__
+        if name not in inside:
+            inside[name] = {}  # its place, should it be inside itself
+            inside[name] = _table(hint, inside)
+        table = {"$ref": f"#/$defs/{name}"}
+        return {"anyOf": [{"enum": recipe_names()}, table]} if hint is MeshRecipe else table
+    return {"type": TYPES[origin]} if origin in TYPES else {}
