@@ -101,9 +101,10 @@ def _single_precision() -> Finding:
 
 def _caches() -> Iterator[Finding]:
     from ramiefenics.model.jit import CACHE
+    from ramiefenics.runs.resumed import BENDS
     from ramiefenics.runs.store import RUNS
 
-    for name, folder in {"compiled forms": CACHE, "kept runs": RUNS}.items():
+    for name, folder in {"compiled forms": CACHE, "kept runs": RUNS, "kept bends": BENDS}.items():
         size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
         there = next(path for path in (folder, *folder.parents) if path.exists())
         writable = os.access(there, os.W_OK | os.X_OK)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from contextlib import contextmanager
@@ -173,6 +174,8 @@ def workers(executor: Executor | None = None, number: int | None = None) -> Iter
     if executor is not None:
         yield executor
         return
+    # a worker that has met larger meshes keeps their memory; loky restarts it, which is no news
+    warnings.filterwarnings("ignore", "A worker was restarted", UserWarning)
     pool = ProcessPoolExecutor(
         max_workers=number or len(os.sched_getaffinity(0)),
         initializer=show_log,
