@@ -122,7 +122,7 @@ def test_a_broken_archive(tmp_path: Path, content: bytes) -> None:
         ("protocol.save_every_mm=1e-12", "at most 1000 states are saved"),
         ("numerics.stepping.max_step_mm=1e-9", "must be at least 0.0014 mm"),
         ("numerics.stepping.min_step_mm=1e-300", "must be at least 1.4e-06 mm"),
-        ("numerics.domain=5", "must be text"),
+        ("numerics.domain=5", "must be one of"),
         ("numerics.mesh.angular_elements=400", "side_growth = "),
     ],
 )

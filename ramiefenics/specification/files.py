@@ -117,7 +117,11 @@ def from_dict(cls: type[T], data: Any) -> T:
             values[name] = _convert(hints[name], name, data[name])
         elif name in required:
             raise SpecificationError(name, None, "is required but missing")
-    return cls(**values)
+    made = cls(**values)  # which may say more exactly what it wants
+    for name, value in values.items():
+        if hints[name] in (str, str | None) and not isinstance(value, (str, types.NoneType)):
+            raise SpecificationError(name, value, "must be text")
+    return made
 
 
 @functools.cache
@@ -177,14 +181,9 @@ def _convert(hint: Any, name: str, value: Any) -> Any:
 
 
 def _check_kind(hint: Any, name: str, value: Any) -> None:
-    """Check that a value is text, a list of text or a table where that is wanted.
-
-    Numbers are checked by their bounds.
-    """
+    """Check that a value is a table or a list of text where that is wanted."""
     if value is None:
         return
-    if hint is str and not isinstance(value, str):
-        raise SpecificationError(name, value, "must be text")
     if typing.get_origin(hint) is dict and not isinstance(value, Mapping):
         raise SpecificationError(name, value, "must be a table")
     if hint == list[str]:
