@@ -170,7 +170,7 @@ def write_files() -> None:
 def write_gallery() -> None:
     """Write the page of figures with what makes them."""
     lines = ["# Gallery", "", "Each figure with all that makes it.", ""]
-    for path in sorted((REFERENCE.parent / "gallery").glob("*.py")):
+    for path in sorted((REFERENCE.parent / "gallery").glob("[0-9]*.py")):
         title, _, code = path.read_text(encoding="utf-8").partition("\n\n")
         title = title.strip('"')
         lines += [f"## {title.rstrip('.')}", "", f"![{title}](../gallery/{path.stem}.png)", ""]

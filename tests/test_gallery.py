@@ -9,7 +9,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
-GALLERY = sorted((Path(__file__).parents[1] / "docs" / "gallery").glob("*.py"))
+GALLERY = sorted((Path(__file__).parents[1] / "docs" / "gallery").glob("[0-9]*.py"))
 
 
 @pytest.mark.slow
