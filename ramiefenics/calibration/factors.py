@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramiefenics.results.text import unit_of
 from ramiefenics.specification import BendingTest, SpecificationError, override
 from ramiefenics.specification.checks import check_choice, check_number
 from ramiefenics.specification.files import value_at
@@ -55,8 +56,10 @@ class Factor:
 
     @property
     def label(self) -> str:
-        """Name and title."""
-        return f"{self.name}: {self.title}" if self.title else self.name
+        """Name and title, with the unit of what it changes."""
+        unit = unit_of(self.keys[0])
+        name = f"{self.name}: {self.title}" if self.title else self.name
+        return f"{name} ({unit})" if unit else name
 
     def apply(self, test: BendingTest, value: float) -> BendingTest:
         """Return the specification with this value, in natural units."""

@@ -1,4 +1,4 @@
-"""Response surfaces, drawn: contours, in three dimensions, and what the fit leaves."""
+"""Response surfaces, drawn: contours, over each factor, and what the fit leaves."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ def of_response(found: Calibration, name: str) -> dict[str, Picture]:
             f"{label}: response surface; white: runs; star: optimum; dashed: the target; dotted: "
             "within two standard errors of it.",
         )
-        drawn[f"surface_{name}"] = Picture(
-            partial(surface_figure, found, name),
-            f"{label} over the two factors that change it most.",
+        drawn[f"main_effects_{name}"] = Picture(
+            partial(main_effects_figure, found, name),
+            f"{label} over each factor, the others at the centre of the design, with the surface's "
+            "95 % confidence band. White: runs that differ by this factor alone.",
         )
     drawn[f"diagnostics_{name}"] = Picture(
         partial(diagnostics_figure, found.surfaces[name]), f"{label}: what the surface leaves."
@@ -66,7 +67,8 @@ def contour_figure(found: Calibration, name: str) -> Figure:
             axes.set_axis_off()
         for axes, pair, plane in zip(grid.ravel(), pairs, planes, strict=False):
             drawn = axes.contourf(*plane, levels=levels, cmap=COLOURS)
-            axes.contour(*plane, levels=levels, colors="k", linewidths=0.3)
+            lines: QuadContourSet = axes.contour(*plane, levels=levels, colors="k", linewidths=0.3)
+            axes.clabel(lines, levels[::2], fmt="%.4g", fontsize=6)
             _mark_target(axes, found, name, plane)
             _mark_points(axes, found, pair)
         figure.colorbar(drawn, ax=grid, label=response(name).label, shrink=0.9)
@@ -134,32 +136,40 @@ def _mark_points(axes: Axes, found: Calibration, pair: tuple[int, int]) -> None:
     axes.tick_params(labelsize=8)
 
 
-def surface_figure(found: Calibration, name: str) -> Figure:
-    """Draw a response in three dimensions over the two factors that change it most."""
-    surface = found.surfaces[name]
-    pair = strongest(surface, found)
-    x, y, z = _plane(found, surface, pair)
+def main_effects_figure(found: Calibration, name: str) -> Figure:
+    """Draw a response over every factor, the others at the centre of the design.
+
+    The band is the 95 % confidence interval of the surface there; points are runs that differ from
+    that place by this factor alone.
+    """
+    surface, factors = found.surfaces[name], found.space.factors
+    reach = found.design.region.reach
+    columns = min(len(factors), 4)
+    rows = -(-len(factors) // columns)
+    freedom = surface.fit.df_resid
+    quantile = stats.t.ppf(0.975, freedom) if freedom > 0 else np.nan
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.2, 4.8), layout="constrained")
-        axes = figure.add_subplot(projection="3d")
-        axes.plot_surface(
-            x, y, z, cmap=COLOURS, rcount=40, ccount=40, lw=0.2, edgecolor=(0, 0, 0, 0.3)
-        )
-        factors = found.space.factors
-        axes.set_xlabel(factors[pair[0]].label, fontsize=8)
-        axes.set_ylabel(factors[pair[1]].label, fontsize=8)
-        axes.set_zlabel(response(name).label, fontsize=8)
-        axes.tick_params(labelsize=8)
-        axes.set_box_aspect(None, zoom=0.88)
-        axes.view_init(elev=25, azim=-130)
+        figure = Figure(figsize=(2.3 * columns + 0.6, 2.4 * rows + 0.2), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for axes in grid.ravel()[len(factors) :]:
+            axes.set_axis_off()
+        for number, (axes, factor) in enumerate(zip(grid.ravel(), factors, strict=False)):
+            line = np.zeros((CELLS, len(factors)))
+            line[:, number] = np.linspace(-reach, reach, CELLS)
+            points = line[found.design.region.contains(line)]
+            x, mean = found.space.natural(points)[:, number], surface.predict(points)
+            half = quantile * surface.standard_error(points)
+            axes.fill_between(x, mean - half, mean + half, color=BLUE, alpha=0.25, lw=0.0)
+            axes.plot(x, mean, color=BLUE, lw=1.5)
+            others = np.delete(surface.points, number, axis=1)
+            alone = np.all(np.abs(others) < 1e-9, axis=1)
+            runs = found.space.natural(surface.points)[alone, number]
+            axes.plot(runs, surface.values[alone], "o", ms=4, mfc="w", mec="k", mew=0.6)
+            axes.set_xlabel(factor.label, fontsize=8)
+            axes.tick_params(labelsize=8)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(response(name).label)
     return figure
-
-
-def strongest(surface: Surface, found: Calibration) -> tuple[int, int]:
-    """Return the two factors by whose slope a response varies most over the region, in order."""
-    slopes = np.square(surface.slopes(found.design.region.sample(512))).mean(axis=0)
-    *_, second, first = np.argsort(slopes)
-    return int(min(first, second)), int(max(first, second))
 
 
 def diagnostics_figure(surface: Surface) -> Figure:

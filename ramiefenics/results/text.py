@@ -27,6 +27,18 @@ def cells(data: pd.DataFrame, digits: int = 4) -> pd.DataFrame:
     return data.astype(object).map(cell)
 
 
+def unit_of(key: str) -> str:
+    """Return the unit that a key ends with; empty if it has none."""
+    return next((u for u in ("mm", "MPa", "N", "deg", "s") if key.endswith(f"_{u}")), "")
+
+
+def label_of(key: str) -> str:
+    """Return the last part of a dotted key in words, with its unit."""
+    name, unit = key.rpartition(".")[2], unit_of(key)
+    words = name.removesuffix(f"_{unit}").replace("_", " ")
+    return f"{words[0].upper()}{words[1:]}{f' ({unit})' if unit else ''}"
+
+
 def unspoken(data: pd.DataFrame) -> pd.DataFrame:
     """Return a table for a file, without cells that a spreadsheet would run as a formula.
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.text import label_of
 from ramiefenics.sweep.outcome import Sweep
 
 SHADES = mpl.colormaps["viridis_r"]
@@ -75,7 +76,7 @@ def force_figure(found: Sweep) -> Figure:
         if others:
             lines = [Line2D([], [], color=colour, marker="o") for colour in colours.values()]
             _legends(figure, (others[0], lines, [_text(value) for value in colours]))
-        axes.set(xlabel=_label(first), ylabel="Maximum force (N)")
+        axes.set(xlabel=label_of(first), ylabel="Maximum force (N)")
     return figure
 
 
@@ -93,7 +94,7 @@ def _legends(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]
         figure.legend(
             [handles[k] for k in chosen],
             [labels[k] for k in chosen],
-            title=_label(key),
+            title=label_of(key),
             loc=where,
             alignment="left",
             fontsize=8,
@@ -104,11 +105,3 @@ def _legends(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]
 
 def _text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _label(key: str) -> str:
-    """Return the last part of a key in words, with its unit."""
-    name = key.rpartition(".")[2]
-    unit = next((u for u in ("mm", "MPa", "N", "deg", "s") if name.endswith(f"_{u}")), "")
-    words = name.removesuffix(f"_{unit}").replace("_", " ")
-    return f"{words[0].upper()}{words[1:]}{f' ({unit})' if unit else ''}"
