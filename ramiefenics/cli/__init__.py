@@ -88,7 +88,7 @@ def bend(
 
     with progress.bending(test) as show, solutions_of(test) as solutions:
         result = simulate(test, on_step=show, solutions=solutions)
-    tell_ending(result.ending)
+    tell_ending(result.ending, solutions is not None)
     try:
         finish(result, folder)
     finally:  # a run that ended early has one, too

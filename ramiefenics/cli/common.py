@@ -153,7 +153,16 @@ def finish(found: Result, folder: Path) -> None:
         raise typer.Exit(1)
 
 
-def tell_ending(ending: Ending) -> None:
-    """Say on standard error why a simulation did not reach the whole travel, if it did not."""
+def tell_ending(ending: Ending, kept: bool = False) -> None:
+    """Say on standard error why a simulation did not reach the whole travel, if it did not.
+
+    Parameters
+    ----------
+    ending
+        Why.
+    kept
+        Whether the same command goes on from there.
+    """
     if ending.kind != "completed" and MPI.COMM_WORLD.rank == 0:
-        typer.echo(f"ramiefenics: not completed: {ending.reason}", err=True)
+        more = "; run it again to go on" if kept and ending.kind == "interrupted" else ""
+        typer.echo(f"ramiefenics: not completed: {ending.reason}{more}", err=True)
