@@ -8,9 +8,7 @@ and writes `docs/performance.md` and `docs/performance.png`.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -27,14 +25,6 @@ FINEST = "ladder_q2_5"
 def read(name: str) -> Any:
     """Return what a benchmark has recorded."""
     return read_record(name)
-
-
-def machine() -> str:
-    """Return a description of this machine."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    model = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    return f"{model}, {os.cpu_count()} cores, {memory:.0f} GB, virtual and shared"
 
 
 def front(rows: dict[str, dict[str, Any]], felupe: dict[str, dict[str, Any]]) -> Figure:
@@ -83,7 +73,8 @@ def comparison() -> str:
     return f"""# Performance
 
 Made by `./run python benchmarks/performance.py` from the records of the other benchmarks, measured
-on: {machine()}; one thread per process. Process CPU times unless it says otherwise.
+on shared virtual machines of two cores and 24 GB, not all on the same one; one thread per process.
+Process CPU times unless it says otherwise.
 
 ## Error against time
 
