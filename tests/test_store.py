@@ -23,6 +23,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import ramiefenics as rf
+from ramiefenics.discovery.factors import factors
 from ramiefenics.runs import Runs, SharedRuns, Simulation, Store, simulation, store
 from ramiefenics.runs import curve as curves
 from ramiefenics.runs.curve import CurveTask
@@ -237,3 +238,26 @@ def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Pa
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     here = [list(task.keys()) for task in (Simulation(coarse), CurveTask(coarse))]
     assert json.loads(done.stdout) == here
+
+
+def test_a_curve_kept_with_derivatives_serves_those_who_want_none(
+    coarse: rf.BendingTest, truth: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They get what they asked for, and no more."""
+    used = factors(coarse)
+    computed = []
+
+    def compute(task: CurveTask) -> str:
+        computed.append(task)
+        slopes = {factor.name: truth["force_N"] for factor in task.factors}
+        return truth.assign(**slopes).to_csv(index=False)
+
+    monkeypatch.setattr(CurveTask, "compute", compute)
+    with ThreadPoolExecutor(1) as pool:
+        runs = Runs(tmp_path, pool)
+        asked = [CurveTask(coarse, used, smooth=True), CurveTask(coarse, used), CurveTask(coarse)]
+        curves = [runs.map([task])[0].result() for task in asked]
+    assert len(computed) == 1
+    names = [factor.name for factor in used]
+    for task, curve in zip(asked, curves, strict=True):
+        assert list(curve) == ["displacement_mm", "force_N", *(names if task.factors else [])]

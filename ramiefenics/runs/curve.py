@@ -99,6 +99,8 @@ class CurveTask:
         That column, of the factor's name, is the force's derivative by its logarithm, N.
         """
         curve = pd.read_csv(io.StringIO(text))
+        # what was kept may have derivatives that nobody asks for here
+        curve = curve[["displacement_mm", "force_N", *(factor.name for factor in self.factors)]]
         curve[curve.columns[1:]] *= normalised(self.test)[1]
         return curve
 
