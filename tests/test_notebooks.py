@@ -28,6 +28,16 @@ def test_first_notebook_runs_and_the_announced_warning_shows() -> None:
     assert 'SpecificationWarning: Table 3 of "Bending mech' in told[0]
 
 
+def test_notebooks_are_stored_as_executed() -> None:
+    """With what their cells printed and drew, and without an error."""
+    for path in (FIRST, *OTHERS):
+        cells = [c for c in nbformat.read(path, as_version=4).cells if c.cell_type == "code"]
+        assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1)), path
+        kinds = {output.output_type for cell in cells for output in cell.outputs}
+        assert kinds, path
+        assert "error" not in kinds, path
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", OTHERS, ids=lambda path: path.stem)
 def test_other_notebooks_run(path: Path) -> None:

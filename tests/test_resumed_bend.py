@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import signal
 import subprocess
@@ -24,6 +25,7 @@ YIELDING = [
     "law=fibre_plasticity",
     "stalk.layers.phloem.material.law_constants.tensile_yield_strain=0.002",
 ]
+ITERATIVE = ["numerics.stepping.linear_solver=iterative"]
 
 
 class PowerCut(Exception):
@@ -71,7 +73,12 @@ def same(one: BendingResult, other: BendingResult) -> None:
         assert (snapshot.body.points == twin.body.points).all()
 
 
-@pytest.mark.parametrize("changes", [[], YIELDING], ids=["elastic", "plastic"])
+KINDS = pytest.mark.parametrize(
+    "changes", [[], YIELDING, ITERATIVE], ids=["elastic", "plastic", "iterative"]
+)
+
+
+@KINDS
 def test_an_interrupted_bend_goes_on_to_the_bit(
     changes: list[str], coarse: BendingTest, solves: list[float]
 ) -> None:
@@ -88,14 +95,15 @@ def test_an_interrupted_bend_goes_on_to_the_bit(
 
 
 @pytest.mark.mpi
+@KINDS
 def test_ranks_go_on_together(
-    coarse: BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    changes: list[str], coarse: BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where one of them has kept a step less than the other, too."""
     comm = MPI.COMM_WORLD
     shared = comm.bcast(tmp_path)
     monkeypatch.setattr(resumed, "BENDS", shared)
-    test = override(coarse, ["protocol.travel_mm=1.5"])
+    test = override(coarse, [*changes, "protocol.travel_mm=1.5"])
     whole = simulate(test, comm)
     with pytest.raises(PowerCut):
         bend(test, 1.0, comm)
@@ -145,6 +153,21 @@ def test_what_is_damaged_is_solved_again(
     before = len(solves)
     same(bend(test), whole)
     assert len(solves) == before
+
+
+def test_solutions_of_other_unknowns_are_not_used(
+    coarse: BendingTest, own_folder: Path, solves: list[float]
+) -> None:
+    """Such as those of another partition of the mesh, or of another release's numbers."""
+    test = override(coarse, ["protocol.travel_mm=1.0"])
+    whole = bend(test)
+    (path,) = own_folder.iterdir()
+    content = path.read_bytes()
+    path.write_bytes(hashlib.sha256(b"other positions").digest() + content[32:])
+    before = len(solves)
+    same(bend(test), whole)
+    assert len(solves) == 2 * before
+    assert path.read_bytes()[:32] == content[:32]
 
 
 def test_who_comes_second_is_not_kept(coarse: BendingTest) -> None:

@@ -30,6 +30,9 @@ class Repeating:
     def __init__(self, problem: Driven, newton: Newton, solutions: Solutions | None) -> None:
         self._problem, self._newton, self._solutions = problem, newton, solutions
         self._u = problem.displacement.x.array
+        self._begun = False
+        if solutions is not None:
+            solutions.start(problem.displacement.function_space.tabulate_dof_coordinates())
 
     def solved(self, solve: Solve) -> NewtonOutcome:
         """Return how an attempt ended; the problem is in the state that it found."""
@@ -58,6 +61,9 @@ class Repeating:
     def _repeat(self, solution: Solution, factorise: bool) -> NewtonOutcome:
         """Go where an attempt went; if it made the factors to go on with, make them again."""
         tangent = self._newton.tangent
+        if not self._begun:
+            tangent.begin()
+            self._begun = True
         if factorise:
             self._u[:] = solution.factorised_at
             tangent.factorise()

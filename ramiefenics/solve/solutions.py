@@ -12,7 +12,7 @@ import hashlib
 import io
 import logging
 import os
-from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -67,6 +67,11 @@ class Solutions:
     comm
         All ranks of the run.
 
+    Attributes
+    ----------
+    kept
+        How many solutions all ranks had at the start.
+
     Raises
     ------
     OSError
@@ -76,10 +81,28 @@ class Solutions:
     def __init__(self, path: Path, comm: MPI.Comm) -> None:
         path.touch()
         self._file: BinaryIO | None = path.open("r+b")
-        self.kept, self._factors, end = _scan(self._file, comm)
+        self._comm = comm
+        self.kept, self._factors, self._next, self._heading = 0, -1, 0, b""
+
+    def start(self, positions: Array) -> None:
+        """Look for solutions of these unknowns, and forget those of others; collective.
+
+        Parameters
+        ----------
+        positions
+            Where the unknowns of this rank are in the order of their numbers, shape (n, 3), mm.
+            Another partition of the mesh, or another numbering, makes others of them.
+        """
+        assert self._file is not None
+        numbering = hashlib.sha256(np.ascontiguousarray(positions)).digest()
+        same = self._file.read(CHECKSUM) == numbering
+        if not self._comm.allreduce(same, op=MPI.LAND):
+            self._file.truncate(0)
+            self._file.seek(0)
+            self._heading = numbering
+        self.kept, self._factors, end = _scan(self._file, self._comm)
         self._file.truncate(end)
-        self._file.seek(0)
-        self._next = 0
+        self._file.seek(CHECKSUM if self.kept else end)
 
     def next(self) -> tuple[Solution, bool] | None:
         """Return the next solution there is, and whether its factors are those to go on with."""
@@ -96,9 +119,10 @@ class Solutions:
             return
         content = _packed(solution)
         try:
-            self._file.write(len(content).to_bytes(LENGTH, "big"))
+            self._file.write(self._heading + len(content).to_bytes(LENGTH, "big"))
             self._file.write(hashlib.sha256(content).digest() + content)
             self._file.flush()
+            self._heading = b""
         except OSError as error:
             log.warning("this run cannot be taken up again: %s", error.strerror)
             self.close()
@@ -106,25 +130,24 @@ class Solutions:
     def close(self) -> None:
         """Close the file."""
         if self._file is not None:
-            self._file.close()
+            with suppress(OSError):  # of a full disk, told before
+                self._file.close()
             self._file = None
 
 
 def _scan(file: BinaryIO, comm: MPI.Comm) -> tuple[int, int, int]:
     """Return how many solutions all ranks have, which has the last factors, and where they end."""
-    ends, made, use = [0], [], []
+    ends, made, use = [file.tell()], [], []
     while (content := _read(file)) is not None:
         solution = _unpacked(content)
         ends.append(file.tell())
         made.append(len(solution.factorised_at) > 0)
         use.append(solution.factorised)
     number = int(comm.allreduce(len(ends) - 1, op=MPI.MIN))
-    factors = _last(made[:number]) if number and use[number - 1] else -1
+    factors = -1
+    if number and use[number - 1]:
+        factors = max((k for k in range(number) if made[k]), default=-1)
     return number, factors, ends[number]
-
-
-def _last(flags: Sequence[bool]) -> int:
-    return max((k for k, flag in enumerate(flags) if flag), default=-1)
 
 
 def _read(file: BinaryIO) -> bytes | None:

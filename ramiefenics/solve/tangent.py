@@ -62,7 +62,7 @@ class Tangent:
     iterations
         Linear iterations so far.
     factorised
-        Whether the factors there are serve the next solve.
+        Whether there are factors that serve the next solve; multigrid has none.
     factorised_at
         Displacement at which they were made, with ghosts, shape (n,); another array for others.
     """
@@ -98,6 +98,14 @@ class Tangent:
         self.factorised, self.factorised_at = False, np.zeros(0)
         self.iterations = 0
 
+    def begin(self) -> None:
+        """Make what lasts for the run as the first solve, from the current state, would.
+
+        These are multigrid's coarse spaces; factors do not last.
+        """
+        if self._iterative:
+            self.factorise()
+
     def forget(self) -> None:
         """Let the next solve factorise the tangent at its own state."""
         self.factorised = False
@@ -107,7 +115,8 @@ class Tangent:
         self.assemble(None)
         self._solver.getPC().setReusePreconditioner(False)
         self._solver.setUp()
-        self.factorised, self.factorised_at = True, self._u.x.array.copy()
+        if not self._iterative:
+            self.factorised, self.factorised_at = True, self._u.x.array.copy()
 
     def apply_factors(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve with the tangent that was factorised last, to the accuracy of its factors."""
@@ -125,10 +134,11 @@ class Tangent:
         added
             What the residual has on the tangent's diagonal beyond the form, if anything.
         """
-        fresh = self._iterative or not self.factorised
+        fresh = not self.factorised
         if fresh:
             self.assemble(added)
-            self.factorised_at = self._u.x.array.copy()
+            if not self._iterative:
+                self.factorised_at = self._u.x.array.copy()
         self._u.x.petsc_vec.copy(self._state)
         b.copy(self._here)
         self._solver.getPC().setReusePreconditioner(not fresh)
@@ -140,7 +150,7 @@ class Tangent:
         self.iterations += iterations
         how = "fresh" if fresh else "reused"
         log.debug("    %d linear iterations with a %s preconditioner", iterations, how)
-        self.factorised = iterations <= OLD_ITERATIONS
+        self.factorised = not self._iterative and iterations <= OLD_ITERATIONS
 
     def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
         """Apply the tangent at the state of the last solve to a direction."""

@@ -107,7 +107,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
     table = typing.cast(Any, cls)
-    names, required, hints = _names(table), _required(table), _hints(table)
+    names, required, hints = _names(table), required_fields(table), _hints(table)
     for key in data:
         if key not in names:
             raise _unknown(key, data[key], names)
@@ -153,13 +153,14 @@ def _alternative(hint: Any, value: Any) -> Any:
     if type(value) in options:
         return type(value)
     for option in reversed(options[1:]):
-        if isinstance(value, Mapping) and _required(option) <= set(value):
+        if isinstance(value, Mapping) and required_fields(option) <= set(value):
             return option
     return options[0]
 
 
 @functools.cache
-def _required(cls: Any) -> set[str]:
+def required_fields(cls: Any) -> set[str]:
+    """Return the names of a dataclass's fields that have no default."""
     missing = dataclasses.MISSING
     fields = dataclasses.fields(cls)
     return {f.name for f in fields if f.default is missing and f.default_factory is missing}
@@ -279,10 +280,17 @@ def _assignment(text: str) -> tuple[str, Any]:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not key:
         raise SpecificationError("--set", text, "must be of the form key=value")
-    return key, _parse_value(value)
+    return key, parse_value(value)
 
 
-def _parse_value(text: str) -> Any:
+def parse_value(text: str) -> Any:
+    """Return a value that is written as in TOML; text may go without quotes.
+
+    Raises
+    ------
+    SpecificationError
+        If it is more than one value.
+    """
     try:
         told = parse_toml(f"value = {text}")
     except ValueError:

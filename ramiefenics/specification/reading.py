@@ -26,19 +26,18 @@ def read_bytes(path: Path, most: int = LARGEST_BYTES) -> bytes:
     """
     try:
         about = path.stat()
-        if not stat.S_ISREG(about.st_mode):
-            what = "is a folder" if stat.S_ISDIR(about.st_mode) else "is no regular file"
-            raise SpecificationError("file", str(path), f"cannot be read ({what})")
-        if about.st_size > most:
-            allowed = f"must have at most {most / 1e6:g} MB, but has {about.st_size / 1e6:.0f}"
-            raise SpecificationError("file", str(path), allowed)
-        return path.read_bytes()
-    except OSError as error:
-        raise SpecificationError("file", str(path), f"cannot be read ({error.strerror})") from error
-    except ValueError as error:
-        if isinstance(error, SpecificationError):
-            raise
-        raise SpecificationError("file", str(path), f"cannot be read ({error})") from error
+        regular, small = stat.S_ISREG(about.st_mode), about.st_size <= most
+        content = path.read_bytes() if regular and small else b""
+    except (OSError, ValueError) as error:  # the latter of a name that no file can have
+        why = getattr(error, "strerror", None) or error
+        raise SpecificationError("file", str(path), f"cannot be read ({why})") from error
+    if not regular:
+        what = "is a folder" if stat.S_ISDIR(about.st_mode) else "is no regular file"
+        raise SpecificationError("file", str(path), f"cannot be read ({what})")
+    if not small:
+        allowed = f"must have at most {most / 1e6:g} MB, but has {about.st_size / 1e6:.0f}"
+        raise SpecificationError("file", str(path), allowed)
+    return content
 
 
 def parse_toml(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import typing
 from typing import Any
 
 from ramiefenics.specification.explained import attributes
-from ramiefenics.specification.files import INFINITE
+from ramiefenics.specification.files import INFINITE, required_fields
 from ramiefenics.specification.mesh_recipe import MeshRecipe, recipe_names
 
 TYPES = {float: "number", int: "integer", str: "string", bool: "boolean", dict: "object"}
@@ -39,8 +39,8 @@ def schema(cls: Any, title: str, without: tuple[str, ...] = ()) -> dict[str, Any
 def _table(cls: Any, inside: dict[str, Any], without: tuple[str, ...] = ()) -> dict[str, Any]:
     hints, meanings = typing.get_type_hints(cls), attributes(cls)
     fields = [field for field in dataclasses.fields(cls) if field.name not in without]
-    missing = dataclasses.MISSING
-    needed = [f.name for f in fields if f.default is missing and f.default_factory is missing]
+    required = required_fields(cls)
+    needed = [field.name for field in fields if field.name in required]
     properties = {}
     for field in fields:
         kind = _kind(hints[field.name], inside)

@@ -15,7 +15,7 @@ import pandas as pd
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
 from ramiefenics.specification import SpecificationError, override
-from ramiefenics.specification.reading import parse_toml
+from ramiefenics.specification.files import parse_value
 from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
@@ -91,10 +91,7 @@ def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
 
 
 def _parsed(text: str) -> Value:
-    try:
-        value = parse_toml(f"value = {text}")["value"]
-    except ValueError:
-        return text
+    value = parse_value(text)
     return value if isinstance(value, (float, int, bool)) else text
 
 
