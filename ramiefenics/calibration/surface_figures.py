@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from functools import partial
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
@@ -68,7 +70,7 @@ def contour_figure(found: Calibration, name: str) -> Figure:
         for axes, pair, plane in zip(grid.ravel(), pairs, planes, strict=False):
             drawn = axes.contourf(*plane, levels=levels, cmap=COLOURS)
             lines: QuadContourSet = axes.contour(*plane, levels=levels, colors="k", linewidths=0.3)
-            axes.clabel(lines, levels[::2], fmt="%.4g", fontsize=6)
+            _label(axes, lines, levels[::2], size=6)
             _mark_target(axes, found, name, plane)
             _mark_points(axes, found, pair)
         figure.colorbar(drawn, ax=grid, label=response(name).label, shrink=0.9)
@@ -79,6 +81,13 @@ def _levels(values: Array) -> Array:
     """Return round numbers that span what is drawn, which may be the same everywhere."""
     low, high = float(values.min()), float(values.max())
     return np.asarray(MaxNLocator(LEVELS, min_n_ticks=3).tick_values(low, high))
+
+
+def _label(axes: Axes, lines: QuadContourSet, levels: Sequence[float] | Array, size: float) -> None:
+    """Write values on contours, legible on any colour."""
+    halo = patheffects.withStroke(linewidth=1.5, foreground="w")
+    for text in axes.clabel(lines, levels, fmt="%.4g", fontsize=size):
+        text.set_path_effects([halo])
 
 
 def _middle(found: Calibration) -> Array:
@@ -114,7 +123,7 @@ def _mark_target(
         line: QuadContourSet = axes.contour(
             *plane, levels=[value], colors=VERMILION, linestyles="--", linewidths=1.8
         )
-        axes.clabel(line, fmt="%.4g", fontsize=8)
+        _label(axes, line, [value], size=8)
     if low < value + 2.0 * error and high > value - 2.0 * error:
         axes.contourf(
             *plane,
