@@ -63,6 +63,17 @@ def test_values_go_to_the_specification_in_its_units(folder: Path) -> None:
     assert data.range_mm == (0.0, pytest.approx(14.0))
 
 
+def test_curves_as_xarray_has_them(folder: Path) -> None:
+    curves = rf.read_dataset(folder).to_xarray()
+    assert curves.sizes["curve"] == 2
+    high = curves["force_N"].where(curves["height"] > 15.0, drop=True)
+    assert high["specimen"] == ["B"]
+    assert high.interp(displacement_mm=7.0) == pytest.approx(49.0)  # 7 N/mm
+    force = curves["force_N"].sel(displacement_mm=13.0, method="nearest")
+    assert force.isnull().sel(curve="A")  # which ends at 12 mm
+    assert not force.isnull().sel(curve="B")
+
+
 def test_several_columns_are_averaged(folder: Path) -> None:
     replace(folder / "dataset.toml", '= "void"', '= ["void", "height"]')
     replace(folder / "specimens.csv", "A,0.72,10", "A,0.7,0.8")

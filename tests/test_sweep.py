@@ -47,6 +47,8 @@ def test_all_combinations_are_simulated_once(
     assert again.runs.equals(found.runs)
     radius, span = (found.runs[key] for key in values)
     assert {*zip(radius, span, strict=True)} == {(r, s) for r in (4, 5, 8) for s in (80, 100)}
+    one = {"fixture.indenter_radius_mm": 8.0, "fixture.span_mm": 80.0, "displacement_mm": 1.5}
+    assert found.to_xarray().sel(one) == pytest.approx(8.0 / 80.0 * np.sin(np.pi / 2.0))
     assert found.runs["max_force_N"].to_numpy() == pytest.approx((radius / span).to_numpy())
     assert found.completed
     check_print(found, "0.1 N (indenter_radius_mm = 8.0, span_mm = 80.0)")

@@ -37,6 +37,7 @@ from ramiefenics.cli.output import with_options
 from ramiefenics.cli.reconcile import reconcile_command
 from ramiefenics.cli.schemas import schema_command
 from ramiefenics.cli.studies import calibrate_command, sweep_command, validate_command
+from ramiefenics.cli.workers import with_workers
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.files import dump_test
 
@@ -46,20 +47,20 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-app.command("calibrate")(with_options(on_first_rank(calibrate_command)))
-app.command("compare")(with_options(on_first_rank(compare_command)))
+app.command("calibrate")(with_options(with_workers(calibrate_command)))
+app.command("compare")(with_options(with_workers(compare_command)))
 app.command("converge")(with_options(converge_command))
-app.command("discover")(with_options(on_first_rank(discover_command)))
+app.command("discover")(with_options(with_workers(discover_command)))
 app.command("doctor")(with_options(on_first_rank(doctor_command), result=False))
 app.command("effects")(with_options(on_first_rank(effects_command), result=False))
 app.command("explicit")(with_options(explicit_command))
 app.command("import")(with_options(on_first_rank(import_command), result=False))
-app.command("plan")(with_options(on_first_rank(plan_command)))
+app.command("plan")(with_options(with_workers(plan_command)))
 app.command("reconcile")(with_options(on_first_rank(reconcile_command)))
 app.command("reduce")(with_options(on_first_rank(reduce_command)))
 app.command("schema")(with_options(on_first_rank(schema_command), result=False))
-app.command("sweep")(with_options(on_first_rank(sweep_command)))
-app.command("validate")(with_options(on_first_rank(validate_command)))
+app.command("sweep")(with_options(with_workers(sweep_command)))
+app.command("validate")(with_options(with_workers(validate_command)))
 app.command("verify")(with_options(on_first_rank(verify_command)))
 
 

@@ -42,10 +42,6 @@ MeshName = Annotated[
     str | None,
     typer.Option("--mesh", help="Mesh recipe: screening, standard, fine, or another of `meshes/`."),
 ]
-Jobs = Annotated[
-    int | None,
-    typer.Option(min=1, help="Simulations at a time; as many as there are cores by default."),
-]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
@@ -133,8 +129,9 @@ def resumable() -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         why, status = "interrupted", 130
-    except BrokenExecutor:
-        why, status = "a worker died, of lack of memory perhaps", 1
+    except BrokenExecutor as error:
+        died = "a worker died, of lack of memory perhaps"
+        why, status = str(error) if type(error) is BrokenExecutor else died, 1
     else:
         return
     if MPI.COMM_WORLD.rank == 0:

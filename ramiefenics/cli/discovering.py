@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,13 +12,11 @@ from mpi4py import MPI
 from ramiefenics.cli import progress
 from ramiefenics.cli.common import (
     Assignments,
-    Jobs,
     LawName,
     MeshName,
     claim,
     finish,
     load_test,
-    resumable,
 )
 from ramiefenics.cli.effects import EffectFiles, PlannedNames, SuspectNames, suspects
 from ramiefenics.effects import EFFECTS, SUSPECTS
@@ -25,6 +24,7 @@ from ramiefenics.specification import BendingTest, mesh_recipe, override
 
 
 def discover_command(
+    workers: Executor,
     dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/discovery.md.")],
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME by default.")
@@ -33,7 +33,6 @@ def discover_command(
     suspect: SuspectNames = None,
     effects: EffectFiles = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
-    jobs: Jobs = None,
 ) -> None:
     """Find what the simulation of measured curves lacks, and what naming it gains."""
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
@@ -41,15 +40,16 @@ def discover_command(
         mesh_recipe(mesh)  # before there is a progress bar
     tried = suspects(suspect, effects, SUSPECTS)
     from ramiefenics.discovery import discover
-    from ramiefenics.runs import Runs, workers
+    from ramiefenics.runs import Runs
 
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
-        runs = Runs(executor=pool, on_done=count)
+    with progress.counting() as (stage, count):
+        runs = Runs(executor=workers, on_done=count)
         found = discover(dataset, tried, mesh, runs, seed, stage)
     finish(found, folder)
 
 
 def plan_command(
+    workers: Executor,
     spec: Annotated[
         str,
         typer.Argument(
@@ -78,22 +78,21 @@ def plan_command(
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,
-    jobs: Jobs = None,
 ) -> None:
     """Tell what tests could show before they are made, and which second test tells most."""
     folder = claim(out or Path("results") / f"{Path(spec).resolve().stem}-plan", MPI.COMM_SELF)
     tried = suspects(suspect, effects, EFFECTS)
     from ramiefenics.discovery.plan import SHARES, plan
     from ramiefenics.discovery.power import Design
-    from ramiefenics.runs import Runs, workers
+    from ramiefenics.runs import Runs
 
     test, known = _planned(spec, mesh, law, assign)
     given = {"stalks": stalks, "fit_sd": fit_sd, "noise": noise}
     design = Design(**(known | {name: v for name, v in given.items() if v is not None}))
     others = None if also is None else [settings.split(",") for settings in also]
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
+    with progress.counting() as (stage, count):
         stage("simulating one stalk", (len(tried) + 1) * (1 + len(others or SHARES)))
-        found = plan(test, others, design, tried, Runs(executor=pool, on_done=count))
+        found = plan(test, others, design, tried, Runs(executor=workers, on_done=count))
     finish(found, folder)
 
 

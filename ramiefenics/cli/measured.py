@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
-from ramiefenics.cli.common import Jobs, MeshName, claim, finish, resumable
+from ramiefenics.cli.common import MeshName, claim, finish
 from ramiefenics.specification import SpecificationError
 
 
@@ -96,6 +97,7 @@ def reduce_command(
 
 
 def compare_command(
+    workers: Executor,
     dataset: Annotated[str, typer.Argument(help="Folder of measured data, see docs/measured.md.")],
     simulated: Annotated[
         list[Path] | None,
@@ -109,7 +111,6 @@ def compare_command(
         Path | None, typer.Option(help="Folder of the results; results/NAME-compared by default.")
     ] = None,
     mesh: MeshName = None,
-    jobs: Jobs = None,
 ) -> None:
     """Draw measured curves beside simulated ones, and tell how far they are apart."""
     folder = claim(
@@ -117,7 +118,7 @@ def compare_command(
     )
     from ramiefenics.comparison import compare
     from ramiefenics.measured import read_dataset
-    from ramiefenics.runs import Runs, workers
+    from ramiefenics.runs import Runs
     from ramiefenics.solve.reading import read_bend
 
     asked = read_dataset(dataset)
@@ -128,7 +129,7 @@ def compare_command(
     if given:
         finish(compare(asked, given), folder)
         return
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
+    with progress.counting() as (stage, count):
         stage("bending", len(asked.records))
-        found = compare(asked, None, mesh, Runs(executor=pool, on_done=count))
+        found = compare(asked, None, mesh, Runs(executor=workers, on_done=count))
     finish(found, folder)

@@ -7,7 +7,7 @@ import inspect
 import json
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
@@ -90,12 +90,32 @@ def with_options(command: Callable[P, None], result: bool = True) -> Callable[..
     options: dict[str, tuple[object, object]] = {"verbose": (0, Verbosity), "quiet": (False, Quiet)}
     if result:
         options["as_json"] = (False, Json)
+    return with_parameters(told, command, options)
+
+
+def with_parameters(
+    function: Callable[..., None],
+    command: Callable[..., None],
+    options: Mapping[str, tuple[object, object]],
+    without: str = "",
+) -> Callable[..., None]:
+    """Give a function the parameters of a command, but for one, and options besides.
+
+    Parameters
+    ----------
+    function, command
+        What Typer is to call, and what that stands for.
+    options
+        Defaults and annotations, by name.
+    without
+        The parameter that is left out.
+    """
     signature = inspect.signature(command, eval_str=True)
     more = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
         for name, (default, kind) in options.items()
     ]
-    parameters = [*signature.parameters.values(), *more]
-    told.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    told.__annotations__ = {p.name: p.annotation for p in parameters}
-    return told
+    parameters = [p for p in signature.parameters.values() if p.name != without] + more
+    function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    function.__annotations__ = {p.name: p.annotation for p in parameters}
+    return function

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Annotated
 
@@ -11,18 +12,17 @@ from mpi4py import MPI
 
 from ramiefenics.cli import progress
 from ramiefenics.cli.common import (
-    Jobs,
     LawName,
     MeshName,
     Spec,
     claim,
     finish,
     load_test,
-    resumable,
 )
 
 
 def calibrate_command(
+    workers: Executor,
     study: Annotated[
         str,
         typer.Argument(help="A TOML file, see docs/calibration.md, or table4, the published one."),
@@ -30,22 +30,21 @@ def calibrate_command(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME-calibration if none.")
     ] = None,
-    jobs: Jobs = None,
 ) -> None:
     """Simulate a designed study, fit response surfaces, calibrate, and tell what the data fix."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-calibration", MPI.COMM_SELF)
     # statistics and solver take seconds to import
     from ramiefenics.calibration.calibrate import calibrate
     from ramiefenics.calibration.study import read_study
-    from ramiefenics.runs import workers
 
     asked = read_study(study)  # before there is a progress bar
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
-        found = calibrate(asked, pool, on_stage=stage, on_done=count)
+    with progress.counting() as (stage, count):
+        found = calibrate(asked, workers, on_stage=stage, on_done=count)
     finish(found, folder)
 
 
 def sweep_command(
+    workers: Executor,
     assign: Annotated[
         list[str],
         typer.Option(
@@ -61,22 +60,21 @@ def sweep_command(
     ] = None,
     mesh: MeshName = None,
     law: LawName = None,
-    jobs: Jobs = None,
 ) -> None:
     """Bend a stalk with values varied, in all combinations."""
-    from ramiefenics.runs import workers
     from ramiefenics.sweep import sweep, values_of
 
     values = dict(values_of(one) for one in assign)
     test = load_test(spec, mesh, law, None)
     folder = claim(out or Path("results") / f"{Path(spec).stem}-sweep", MPI.COMM_SELF)
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
+    with progress.counting() as (stage, count):
         stage("bending", math.prod(map(len, values.values())))
-        found = sweep(test, values, pool, on_done=count)
+        found = sweep(test, values, workers, on_done=count)
     finish(found, folder)
 
 
 def validate_command(
+    workers: Executor,
     study: Annotated[
         str,
         typer.Argument(help="A TOML file, see docs/validation.md, or published, the study's."),
@@ -84,15 +82,13 @@ def validate_command(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME-validation if none.")
     ] = None,
-    jobs: Jobs = None,
 ) -> None:
     """Calibrate on some stalks, predict others, and compare with simpler predictors."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-validation", MPI.COMM_SELF)
     # statistics and solver take seconds to import
-    from ramiefenics.runs import workers
     from ramiefenics.validation import read_validation, validate
 
     asked = read_validation(study)  # before there is a progress bar
-    with resumable(), workers(None, jobs) as pool, progress.counting() as (stage, count):
-        found = validate(asked, pool, on_stage=stage, on_done=count)
+    with progress.counting() as (stage, count):
+        found = validate(asked, workers, on_stage=stage, on_done=count)
     finish(found, folder)

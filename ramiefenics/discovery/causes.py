@@ -93,8 +93,15 @@ class Causes:
 
     def gain(self, names: Sequence[str]) -> float:
         """Return the logarithm of the evidence of a set over that without effects."""
-        chosen = tuple(sorted(self.names.index(name) for name in names))
-        return float(self.log_evidence[self.sets.index(chosen)] - self.log_evidence[0])
+        return float(self.log_evidence[self._row(names)] - self.log_evidence[0])
+
+    def score(self, names: Sequence[str]) -> float:
+        """Return the logarithm of evidence and prior of a set, but for a constant."""
+        row = self._row(names)
+        return float(self.log_evidence[row] + log_priors(self.sets, len(self.names))[row])
+
+    def _row(self, names: Sequence[str]) -> int:
+        return self.sets.index(tuple(sorted(self.names.index(name) for name in names)))
 
     def groups(self) -> list[tuple[str, ...]]:
         """Return groups of effects of each of which one is there as good as certainly.

@@ -28,6 +28,9 @@ log = logging.getLogger(__name__)
 ROUNDS = 5
 """Most linearisations of a fit."""
 
+MOST_SETS = 3
+"""Most sets of effects that are fitted one after the other."""
+
 STEADY, STEADY_ERRORS = 0.1, 0.5
 """Changes of log factors, and of an amplitude over its standard deviation, that need no further
 linearisation."""
@@ -69,6 +72,21 @@ class Fitted:
         )
         same = set(fit.chosen) == set(model.effects)
         return bool(same and near and moves < STEADY)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """All sets of effects, compared at one linearisation."""
+
+    curves: Linearised
+    evidence: Evidence
+    causes: Causes
+
+    def fit(self, names: tuple[str, ...]) -> Fit:
+        """Return the fit of a set."""
+        best = names == self.causes.best
+        scatter = self.causes.scatter if best else fit_scatter(self.evidence, names)
+        return Fit(self.evidence, names, scatter)
 
 
 class Fitter:
@@ -148,29 +166,51 @@ class Fitter:
     ) -> tuple[Fitted, Causes, dict[tuple[str, ...], str]]:
         """Fit the most probable set in the finite-element model, and compare all sets there.
 
-        The signatures of the contenders are found anew; those of others stay. Sets that cannot be
-        simulated near where they fit are told with the reason, and are not compared any more.
+        Where another set is more probable there, that is fitted next, until one is the most
+        probable where it fits itself. If none is, that which explains the curves best where it
+        fits itself is returned. Sets that cannot be simulated near where they fit are told with
+        the reason, and are not compared any more.
         """
-        curves, rounds = screened, 0
+        here = Compared(screened, evidence, causes)
         refused: dict[tuple[str, ...], str] = {}
-        while rounds < ROUNDS:
-            fit = Fit(evidence, causes.best, causes.scatter)
-            fitted = Fitted(curves, fit)
-            if fitted.steady:
-                break
-            near = {name: effects[name] for name in _contenders(causes)}
-            added = {name: (effects[name], fit.amplitudes[name]) for name in causes.best}
+        fitted: dict[tuple[str, ...], Compared] = {}
+        while (names := here.causes.best) not in fitted and len(fitted) < MOST_SETS:
             try:
-                curves = self._move(curves.model, fit, added, near)
+                here = self._fit_set(names, here, screened, effects, refused)
             except SpecificationError as error:
-                refused[causes.best] = str(error)
-                causes = find_causes(evidence, refused)
+                refused[names] = str(error)
+                here = dataclasses.replace(here, causes=find_causes(here.evidence, refused))
                 continue
-            rounds += 1
+            fitted[names] = here
+        if fitted.get(names) is not here:
+            names = max(fitted, key=lambda tried: fitted[tried].causes.score(tried))
+            here = fitted[names]
+            here = dataclasses.replace(here, causes=find_causes(here.evidence, refused))
+        return Fitted(here.curves, here.fit(names)), here.causes, refused
+
+    def _fit_set(
+        self,
+        names: tuple[str, ...],
+        here: Compared,
+        screened: Linearised,
+        effects: Mapping[str, Effect],
+        refused: Collection[tuple[str, ...]],
+    ) -> Compared:
+        """Fit a set of effects, and compare all sets there.
+
+        The signatures of the contenders are found anew; those of others stay.
+        """
+        for _ in range(ROUNDS):
+            fit = here.fit(names)
+            if Fitted(here.curves, fit).steady:
+                break
+            near = {name: effects[name] for name in _contenders(names, here.causes)}
+            added = {name: (effects[name], fit.amplitudes[name]) for name in names}
+            curves = self._move(here.curves.model, fit, added, near)
             by_effects = {**screened.by_effects, **curves.by_effects}
             curves = dataclasses.replace(curves, by_effects=by_effects)
-            evidence, causes = self.compare(curves, effects, causes.best, refused)
-        return Fitted(curves, Fit(evidence, causes.best, causes.scatter)), causes, refused
+            here = Compared(curves, *self.compare(curves, effects, names, refused))
+        return here
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
         """Return a fit in which certain specimens are taken for broken."""
@@ -239,9 +279,9 @@ def linear_evidence(
     return Evidence(residual, by_factors, nuisance, factor_sd, blocks, suspects)
 
 
-def _contenders(causes: Causes) -> list[str]:
-    """Return the most probable effects, those of the best set among them."""
+def _contenders(names: tuple[str, ...], causes: Causes) -> list[str]:
+    """Return effects that are fitted, and the most probable others."""
     inclusion = causes.inclusion()
-    others = [n for n in inclusion if n not in causes.best and inclusion[n] > NEGLIGIBLE]
+    others = [n for n in inclusion if n not in names and inclusion[n] > NEGLIGIBLE]
     others.sort(key=lambda name: -inclusion[name])
-    return [*causes.best, *others[: CONTENDERS - len(causes.best)]]
+    return [*names, *others[: CONTENDERS - len(names)]]

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -30,6 +31,12 @@ from ramiefenics.specification import (
 )
 from ramiefenics.specification.files import from_dict
 from ramiefenics.specification.reading import read_toml
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+POINTS = 401
+"""Of every curve as an array."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,36 @@ class Dataset:
     def curves(self) -> dict[str, pd.DataFrame]:
         """Tables with ``displacement_mm`` and ``force_N``, by the names of the records."""
         return {record.name: record.curve for record in self.records}
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return all curves over the same displacements, as xarray has them.
+
+        ``force_N`` with the dimensions ``curve`` and ``displacement_mm``, between the rows of the
+        record by straight lines, NaN where there are none; along ``curve`` the names of specimens
+        and what the tables say of them.
+        """
+        import xarray as xr
+
+        ends = [curve["displacement_mm"].iloc[[0, -1]] for curve in self.curves.values()]
+        low, high = (float(pick(ends)) for pick in (np.min, np.max))
+        at = np.linspace(low, high, POINTS)
+        force = [
+            np.interp(at, curve["displacement_mm"], curve["force_N"], math.nan, math.nan)
+            for curve in self.curves.values()
+        ]
+        told = pd.DataFrame([dict(record.row) for record in self.records])
+        names = self.layout.columns
+        told = told.drop(columns=[names.specimen, names.curve], errors="ignore")
+        told.insert(0, "specimen", [record.specimen for record in self.records])
+        return xr.Dataset(
+            {"force_N": (("curve", "displacement_mm"), force, {"units": "N"})},
+            {
+                "curve": list(self.curves),
+                "displacement_mm": ("displacement_mm", at, {"units": "mm"}),
+                **{str(name): ("curve", _numbers(column)) for name, column in told.items()},
+            },
+            {"title": self.title},
+        )
 
     @property
     def range_mm(self) -> tuple[float, float]:
@@ -107,6 +144,14 @@ class Dataset:
             f"on; put from_mm = {math.ceil(100.0 * starts[last]) / 100.0:g} into dataset.toml, "
             f"{'let [seating] find the contact, ' if machine else ''}or take {late.name} out",
         )
+
+
+def _numbers(column: pd.Series) -> list[str] | list[float]:
+    """Return the cells as numbers if all of them are."""
+    try:
+        return [float(cell) for cell in column]
+    except ValueError:
+        return [str(cell) for cell in column]
 
 
 def read_dataset(folder: str | Path) -> Dataset:

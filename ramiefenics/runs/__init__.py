@@ -1,5 +1,6 @@
 """Simulations in numbers: tasks on any executor, results in a content-addressed store."""
 
+from ramiefenics.runs.cluster import dask_workers, mpi_ranks
 from ramiefenics.runs.executor import Done, Runs, Task, workers
 from ramiefenics.runs.simulation import KeptRun, SharedRuns, Simulation
 from ramiefenics.runs.store import Store, key_of
@@ -12,6 +13,8 @@ __all__ = [
     "Simulation",
     "Store",
     "Task",
+    "dask_workers",
     "key_of",
+    "mpi_ranks",
     "workers",
 ]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from ramiefenics.diagnostics import LOG, show_log
 from ramiefenics.runs.store import Store
 
 log = logging.getLogger(__name__)
+
+_ONE_AT_A_TIME = threading.Lock()
+"""Gmsh has one state per process, whatever the number of a worker's threads."""
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -65,11 +69,10 @@ class Runs:
     Parameters
     ----------
     folder
-        Where results are kept, `RUNS` by default. Workers elsewhere must see it.
+        Where results are kept, `RUNS` by default; by workers elsewhere too, if they see it.
     executor
-        Does the work, each task on one process: for instance mpi4py's `MPICommExecutor`, or
-        dask.distributed's ``client.get_executor()``. By default as many local processes as there
-        are cores.
+        Does the work, each task on one process: see `workers`, `dask_workers` and `mpi_ranks`. By
+        default as many local processes as there are cores.
     on_done
         Called with the number of distinct tasks done since the last call.
 
@@ -97,7 +100,7 @@ class Runs:
         KeyboardInterrupt
             If the user has interrupted it; finished tasks are kept.
         BrokenExecutor
-            If a worker died, of lack of memory perhaps; finished tasks are kept.
+            If a worker died, or has another version of this code; finished tasks are kept.
         """
         store = Store(self._folder)
         names = [task.keys()[0] for task in tasks]
@@ -112,18 +115,20 @@ class Runs:
         log.info("%d tasks: %d kept, %d to compute", len(distinct), len(found), len(left))
         self._on_done(len(found))
         if left:
-            found |= self._compute(left)
+            found |= self._compute(left, store)
         return _read(tasks, [found[name] for name in names])
 
-    def _compute(self, tasks: dict[str, Task[T]]) -> dict[str, str | Exception]:
+    def _compute(self, tasks: dict[str, Task[T]], store: Store) -> dict[str, str | Exception]:
         found: dict[str, str | Exception] = {}
         with workers(self._executor) as pool:
-            futures = {pool.submit(compute, t, self._folder): n for n, t in tasks.items()}
+            futures = {pool.submit(compute, t, self._folder, n): n for n, t in tasks.items()}
             try:
                 for future in as_completed(futures):
-                    name, error = futures[future], future.exception()
+                    name, error = futures[future], _error_of(future)
                     if error is None:
-                        found[name] = future.result()
+                        found[name] = text = future.result()
+                        if not store.has(name):  # made where that folder is not seen
+                            store.put(tasks[name].keys(), text)
                     elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
                         log.info("failed: %s", error)
                         found[name] = error
@@ -154,13 +159,43 @@ def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Do
     return done
 
 
-def compute(task: Task[object], folder: Path | None = None) -> str:
-    """Do a task in this process, unless it has been done before; keep and return the text."""
+def _error_of(future: Future[str]) -> BaseException | None:
+    """Return why there is no result; a `BrokenExecutor` where that is not the task's fault."""
+    try:
+        error = future.exception()
+    except CancelledError:
+        return BrokenExecutor("the connection to the workers is lost")
+    if type(error).__module__.startswith("distributed"):  # as where a task's workers all died
+        return BrokenExecutor(f"Dask gave up: {error}")
+    return error
+
+
+def compute(task: Task[object], folder: Path | None = None, name: str = "") -> str:
+    """Do a task in this process, unless it has been done before; keep and return the text.
+
+    Parameters
+    ----------
+    task, folder
+        What to do, and where it is kept.
+    name
+        Under which, if another process asks for it.
+
+    Raises
+    ------
+    BrokenExecutor
+        If the name is another here, as under another version of this code or of dolfinx.
+    """
     store, names = Store(folder), task.keys()
-    text = store.get(names[0])
-    if text is None:
-        text = task.compute()
-        store.put(names, text)
+    if name not in ("", names[0]):
+        raise BrokenExecutor(
+            "a worker has another version of ramiefenics, of dolfinx or of PETSc than the process "
+            "that asks"
+        )
+    with _ONE_AT_A_TIME:
+        text = store.get(names[0])
+        if text is None:
+            text = task.compute()
+            store.put(names, text)
     return text
 
 

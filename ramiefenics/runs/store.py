@@ -34,7 +34,10 @@ class Store:
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = RUNS if folder is None else folder
-        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def has(self, key: str) -> bool:
+        """Return whether there is a text of a key, to be trusted or not."""
+        return self._path(key).exists()
 
     def get(self, key: str) -> str | None:
         """Return the text of a key; None if there is none, or none that can be trusted."""
@@ -62,6 +65,7 @@ class Store:
         path = self._path(key)
         partial = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
         try:
+            self._folder.mkdir(parents=True, exist_ok=True)
             with partial.open("xb") as file:
                 file.write(_checksum(key, content) + b"\n" + content)
                 file.flush()
@@ -69,7 +73,8 @@ class Store:
             partial.replace(path)  # never half a file under that name
         except OSError as error:
             _tell_once(f"results cannot be kept in {self._folder}: {error.strerror}")
-            partial.unlink(missing_ok=True)
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
 
     def _path(self, key: str) -> Path:
         return self._folder / f"{key}.txt"

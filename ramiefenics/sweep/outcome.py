@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,9 @@ from ramiefenics.results.text import stack
 from ramiefenics.runs import KeptRun
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NUMBERS = ("max_force_N", "displacement_at_max_mm", "slope_N_per_mm")
 
@@ -93,6 +97,33 @@ class Sweep(Result):
             "runs": Table(self.runs, "One row per run."),
             **({"curves": Table(stack(curves, "run"))} if curves else {}),
         }
+
+    def to_xarray(self) -> xr.DataArray:
+        """Return the force, N, over what was varied and the displacement, as xarray has it.
+
+        One dimension for each key, and ``displacement_mm``, which has the displacements of all
+        runs; a run's force is read between its own by straight lines, and is NaN where it has
+        ended.
+        """
+        import xarray as xr
+
+        curves = [None if run is None else run.result.curve for run in self.done]
+        found = [curve["displacement_mm"].round(9) for curve in curves if curve is not None]
+        at = np.unique(np.concatenate(found)) if found else np.zeros(0)
+        force = [
+            np.full(len(at), math.nan)
+            if curve is None
+            else np.interp(at, curve["displacement_mm"], curve["force_N"], right=math.nan)
+            for curve in curves
+        ]
+        values = [list(dict.fromkeys(self.runs[key])) for key in self.keys]
+        return xr.DataArray(
+            np.reshape(force, [*map(len, values), len(at)]),
+            dict(zip([*self.keys, "displacement_mm"], [*values, at], strict=True)),
+            [*self.keys, "displacement_mm"],
+            "force_N",
+            {"units": "N"},
+        )
 
     def figures(self) -> dict[str, Picture]:
         """Return the curves, and the maximum force over what was varied first."""

@@ -1,0 +1,80 @@
+"""Where the simulations of a command are done: options that commands of many simulations have."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+from mpi4py import MPI
+
+from ramiefenics.cli.common import resumable
+from ramiefenics.cli.output import with_parameters
+from ramiefenics.specification import SpecificationError
+
+Jobs = Annotated[
+    int | None,
+    typer.Option(min=1, help="Simulations at a time; as many as there are cores by default."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Of a Dask scheduler, whose workers are to do the simulations."
+    ),
+]
+Pool = Annotated[
+    str | None,
+    typer.Option(
+        metavar="mpi", help="mpi: the other ranks of mpirun are to do them, each its own."
+    ),
+]
+OPTIONS = {"jobs": (None, Jobs), "scheduler": (None, Scheduler), "pool": (None, Pool)}
+
+
+def with_workers(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command, which takes an executor as `workers`, the options that choose it.
+
+    It runs on the first rank; the others work for it with ``--pool mpi``, and else wait for its
+    end.
+    """
+
+    @functools.wraps(command)
+    def lent(
+        *args: Any, jobs: int | None, scheduler: str | None, pool: str | None, **kwargs: Any
+    ) -> None:
+        with _workers(jobs, scheduler, pool) as executor:
+            if executor is not None:
+                with resumable():
+                    command(*args, workers=executor, **kwargs)
+
+    return with_parameters(lent, command, OPTIONS, without="workers")
+
+
+@contextmanager
+def _workers(
+    jobs: int | None, scheduler: str | None, pool: str | None
+) -> Iterator[Executor | None]:
+    """Lend what the options name; None on other ranks than the first."""
+    given = {"jobs": jobs, "scheduler": scheduler, "pool": pool}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if len(chosen) > 1:
+        both = " and ".join(f"--{name}" for name in chosen)
+        raise SpecificationError(both, ", ".join(map(str, chosen.values())), "exclude each other")
+    if pool not in (None, "mpi"):
+        raise SpecificationError("pool", pool, "must be mpi")
+    from ramiefenics.runs import dask_workers, mpi_ranks, workers  # takes a second to import
+
+    if pool is not None:
+        with mpi_ranks() as executor:
+            yield executor
+    elif MPI.COMM_WORLD.rank != 0:
+        yield None
+    elif scheduler is not None:
+        with dask_workers(scheduler) as executor:
+            yield executor
+    else:
+        with workers(None, jobs) as executor:
+            yield executor

@@ -1,0 +1,61 @@
+"""More than this machine's processes: the workers of a Dask scheduler, or the ranks of `mpirun`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from ramiefenics.specification import SpecificationError
+
+PATIENCE_S = 20.0
+"""For a scheduler to answer."""
+
+
+@contextmanager
+def dask_workers(address: str) -> Iterator[Executor]:
+    """Lend the workers of a Dask scheduler.
+
+    Parameters
+    ----------
+    address
+        Of the scheduler, for instance ``tcp://node1:8786``.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no scheduler, or the package `distributed` is not installed.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        allowed = "needs the package distributed: pip install distributed"
+        raise SpecificationError("scheduler", address, allowed) from error
+    try:
+        client = Client(address, timeout=PATIENCE_S)
+    except (OSError, ValueError) as error:
+        allowed = "must be the address of a Dask scheduler that runs, such as tcp://node1:8786"
+        raise SpecificationError("scheduler", address, allowed) from error
+    with client, client.get_executor() as executor:
+        yield executor
+
+
+@contextmanager
+def mpi_ranks() -> Iterator[Executor | None]:
+    """Lend the ranks of `mpirun` but the first; collective.
+
+    The others get None, when the first one's block has ended.
+
+    Raises
+    ------
+    SpecificationError
+        If there is only one rank.
+    """
+    from mpi4py import MPI
+    from mpi4py.futures import MPICommExecutor
+
+    if MPI.COMM_WORLD.size == 1:
+        allowed = "needs two ranks or more: mpirun -n 3 ramiefenics ... --pool mpi"
+        raise SpecificationError("pool", "mpi", allowed)
+    with MPICommExecutor(MPI.COMM_WORLD) as executor:
+        yield executor
