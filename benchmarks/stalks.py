@@ -2,8 +2,8 @@
 
     ./run python benchmarks/stalks.py [--stalks 8 25 80 200 400]
 
-An hour on two cores, half of it to make the data. Keeps finished cases in `records/stalks.json`,
-and writes `docs/stalks.png`; `benchmarks/performance.py` tells of it.
+An hour on two cores. Keeps finished cases in `records/stalks.json`, with the seconds of every
+simulation, round by round, and writes `docs/stalks.png`; `benchmarks/performance.py` tells of it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import os
 import tempfile
 import time
 import warnings
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,46 @@ SIX = (
 TRIED = {"six suspects": SIX, "24 suspects": tuple(SUSPECTS)}
 
 
+class Timed(Executor):
+    """An executor that notes what each task takes.
+
+    Attributes
+    ----------
+    rounds
+        Seconds of the tasks; those of a round were submitted while others of it were left.
+    """
+
+    def __init__(self, pool: Executor) -> None:
+        self._pool, self._left = pool, 0
+        self.rounds: list[list[float]] = []
+
+    def submit(self, function: Callable[..., Any], /, *args: Any) -> Future[Any]:
+        """Do a task."""
+        if self._left == 0:
+            self.rounds.append([])
+        self._left += 1
+        done: Future[Any] = Future()
+
+        def finish(of: Future[Any]) -> None:
+            self._left -= 1
+            if (error := of.exception()) is not None:
+                done.set_exception(error)
+                return
+            seconds, result = of.result()
+            self.rounds[-1].append(round(seconds, 2))
+            done.set_result(result)
+
+        self._pool.submit(timed, function, *args).add_done_callback(finish)
+        return done
+
+
+def timed(function: Callable[..., Any], *args: Any) -> tuple[float, Any]:
+    """Return the seconds that a call takes, and its result."""
+    start = time.perf_counter()
+    result = function(*args)
+    return time.perf_counter() - start, result
+
+
 def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
     """Discover with the first so many stalks of a data set, nothing kept from before."""
     whole = pd.read_csv(folder / "specimens.csv")
@@ -48,7 +90,8 @@ def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
         whole.head(number).to_csv(folder / "specimens.csv", index=False)
         with tempfile.TemporaryDirectory() as kept, workers() as pool:
             start = time.perf_counter()
-            runs = Runs(Path(kept), pool)
+            noting = Timed(pool)
+            runs = Runs(Path(kept), noting)
             found = discover(folder, {name: EFFECTS[name] for name in names}, runs=runs)
             wall = time.perf_counter() - start
     finally:
@@ -62,6 +105,7 @@ def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
         "learned_error": found.effort.learned_error,
         "verdict": found.verdict,
         "groups": found.groups,
+        "rounds": noting.rounds,
     }
 
 
@@ -104,7 +148,7 @@ def main() -> None:
                 label = f"{number} stalks, {len(names)} suspects"
                 record[label] = record.get(label) or run(folder, number, names)
                 write_record("stalks", record)
-                print(label, record[label], flush=True)
+                print(label, {**record[label], "rounds": ...}, flush=True)
     picture(record).savefig(DOCS / "stalks.png")
 
 

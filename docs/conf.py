@@ -32,6 +32,7 @@ PACKAGES = {
 """Pages of the Python reference: title, and subpackages of whose public names it tells."""
 
 LINKS = {
+    "](#add-a-material-law": "](/contributing.md#add-a-material-law",
     "](../CONTRIBUTING.md": "](contributing.md",
     "](../meshes/README.md": "](meshes.md",
     "](CONTRIBUTING.md": "](contributing.md",

@@ -55,6 +55,7 @@ from .solve.figures import (
     section_figure as section_figure,
 )
 from .solve.pictures import deformed_figure as deformed_figure
+from .solve.pictures import view as view
 from .solve.reading import read_folder as read_folder
 from .solve.result import BendingResult as BendingResult
 from .solve.sensitivity import (

@@ -55,3 +55,14 @@ def test_film_has_a_frame_for_every_saved_state(bent: BendingResult, tmp_path: P
         bent.animate(tmp_path / "bend.avi")
     with pytest.raises(SpecificationError, match="must have been saved"):
         replace(bent, snapshots=()).animate(tmp_path / "none.gif")
+
+
+def test_scene_has_the_stalk_between_its_cylinders(bent: BendingResult) -> None:
+    scene = bent.view()
+    bounds = [actor.GetBounds() for actor in scene.actors.values()][:-1]  # but the scale
+    stalk, *cylinders = bounds
+    half = bent.test.stalk.length_mm / 2.0
+    assert stalk[4:] == pytest.approx((-half, half), abs=2.0)  # all of it, bent
+    assert len(cylinders) == 3
+    with pytest.raises(SpecificationError, match="must have been saved"):
+        replace(bent, snapshots=()).view()

@@ -25,6 +25,11 @@ YIELDING = [
     "law=fibre_plasticity",
     "stalk.layers.phloem.material.law_constants.tensile_yield_strain=0.002",
 ]
+SECOND_ORDER = [  # the element of all recipes that have names, on few cells
+    "numerics.mesh=screening",
+    "numerics.mesh.contact_size=0.02",
+    "numerics.mesh.coarse_size=0.045",
+]
 ITERATIVE = ["numerics.stepping.linear_solver=iterative"]
 
 
@@ -74,7 +79,9 @@ def same(one: BendingResult, other: BendingResult) -> None:
 
 
 KINDS = pytest.mark.parametrize(
-    "changes", [[], YIELDING, ITERATIVE], ids=["elastic", "plastic", "iterative"]
+    "changes",
+    [[], YIELDING, ITERATIVE, SECOND_ORDER],
+    ids=["elastic", "plastic", "iterative", "second order"],
 )
 
 
@@ -99,7 +106,11 @@ def test_an_interrupted_bend_goes_on_to_the_bit(
 def test_ranks_go_on_together(
     changes: list[str], coarse: BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where one of them has kept a step less than the other, too."""
+    """Where one of them has kept a step less than the other, too.
+
+    Factors of several ranks are sums in whatever order messages come, so two runs may differ by
+    rounding, enlarged by the solution to a relative 1e-5.
+    """
     comm = MPI.COMM_WORLD
     shared = comm.bcast(tmp_path)
     monkeypatch.setattr(resumed, "BENDS", shared)
@@ -112,7 +123,9 @@ def test_ranks_go_on_together(
         path = next(shared.glob("*-0"))
         path.write_bytes(path.read_bytes()[:-1])
     comm.barrier()
-    same(bend(test, comm=comm), whole)
+    again = bend(test, comm=comm)
+    assert_frame_equal(again.curve, whole.curve, rtol=1e-5, atol=1e-5)
+    assert again.statistics.newton_iterations == whole.statistics.newton_iterations
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from PIL import Image
 
 from ramiefenics.results.style import VERMILION
 from ramiefenics.solve.figures import curve_figure
-from ramiefenics.solve.pictures import deformed_figure, largest_stress
+from ramiefenics.solve.pictures import check_snapshots, deformed_figure, largest_stress
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import SpecificationError
 
@@ -41,9 +41,7 @@ def animate(result: BendingResult, path: str | Path, seconds: float = 5.0) -> Pa
     path = Path(path)
     if path.suffix not in (".gif", ".mp4"):
         raise SpecificationError("path", str(path), "must end in .gif or .mp4")
-    if not result.snapshots:
-        allowed = "must have been saved; on several ranks, the first one has them"
-        raise SpecificationError("snapshots", len(result.snapshots), allowed)
+    check_snapshots(result)
     limit = largest_stress(result)
     frames = [_frame(result, number, limit) for number in range(len(result.snapshots))]
     if path.suffix == ".mp4":

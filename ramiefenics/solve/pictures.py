@@ -16,6 +16,7 @@ from ramiefenics.solve.fields import NORMALS, cylinders
 from ramiefenics.solve.figures import STRESS_COLOURS
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.section import at_nodes, lattices
+from ramiefenics.specification import SpecificationError
 
 STEEL = "#9aa5b1"
 
@@ -32,6 +33,13 @@ PLACES = {
     ),
 }
 """Points of an element in VTK's order, by its order."""
+
+
+def check_snapshots(result: BendingResult) -> None:
+    """Check that there is a state to draw."""
+    if not result.snapshots:
+        allowed = "must have been saved; on several ranks, the first one has them"
+        raise SpecificationError("snapshots", len(result.snapshots), allowed)
 
 
 def largest_stress(result: BendingResult, number: int = -1) -> float:
@@ -75,8 +83,34 @@ def deformed_figure(
     return figure
 
 
+def view(result: BendingResult, number: int = -1) -> pv.Plotter:
+    """Return a snapshot, the last one by default, as a scene to turn: ``.show()`` it.
+
+    In a notebook it can be turned, by the package trame-pyvista; without it, it is a picture.
+
+    Raises
+    ------
+    SpecificationError
+        If no state was saved.
+    """
+    check_snapshots(result)
+    plotter = pv.Plotter()
+    _fill(plotter, result, result.snapshots[number], largest_stress(result, number))
+    plotter.add_scalar_bar("Axial stress (MPa)", color="black")
+    return plotter
+
+
 def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDArray[np.uint8]:
     plotter = pv.Plotter(off_screen=True, window_size=list(PIXELS))
+    _fill(plotter, result, snapshot, limit_MPa)
+    plotter.enable_anti_aliasing("ssaa")
+    pixels = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
+    plotter.close()
+    return pixels
+
+
+def _fill(plotter: pv.Plotter, result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> None:
+    """Put stalk, cylinders and a camera into a scene."""
     plotter.set_background("white")
     plotter.add_mesh(
         _whole(snapshot, result.test.numerics.domain),
@@ -92,14 +126,10 @@ def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDAr
     for cylinder in cylinders(result.test, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
     stalk = result.test.stalk
-    view = max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
-    plotter.camera_position = [(view, 0.3 * view, 0.45 * view), (0, 0, 0), (0, 1, 0)]
+    reach = max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
+    plotter.camera_position = [(reach, 0.3 * reach, 0.45 * reach), (0, 0, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.192 * view
-    plotter.enable_anti_aliasing("ssaa")
-    pixels = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
-    plotter.close()
-    return pixels
+    plotter.camera.parallel_scale = 0.192 * reach
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:

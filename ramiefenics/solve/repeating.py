@@ -32,7 +32,9 @@ class Repeating:
         self._u = problem.displacement.x.array
         self._begun = False
         if solutions is not None:
-            solutions.start(problem.displacement.function_space.tabulate_dof_coordinates())
+            space = problem.displacement.function_space
+            geometry = space.mesh.geometry
+            solutions.start([space.dofmap.list, geometry.dofmap, geometry.x])
 
     def solved(self, solve: Solve) -> NewtonOutcome:
         """Return how an attempt ended; the problem is in the state that it found."""

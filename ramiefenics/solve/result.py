@@ -21,6 +21,7 @@ from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
 
 if TYPE_CHECKING:
+    import pyvista as pv
     from matplotlib.figure import Figure
 
 LOSSES = {
@@ -282,6 +283,12 @@ class BendingResult(Result):
         elif isinstance(measured, pd.DataFrame):
             measured = {"measured": measured}
         return curve_figure(self, measured)
+
+    def view(self, number: int = -1) -> pv.Plotter:
+        """Return the stalk in a saved state as a scene to turn, see `ramiefenics.view`."""
+        from ramiefenics.solve.pictures import view
+
+        return view(self, number)
 
     def animate(self, path: str | Path, seconds: float = 5.0) -> Path:
         """Write a film of the bend, see `ramiefenics.animate`."""

@@ -12,6 +12,7 @@ import hashlib
 import io
 import logging
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,22 +85,24 @@ class Solutions:
         self._comm = comm
         self.kept, self._factors, self._next, self._heading = 0, -1, 0, b""
 
-    def start(self, positions: Array) -> None:
+    def start(self, numbers: Sequence[NDArray[Any]]) -> None:
         """Look for solutions of these unknowns, and forget those of others; collective.
 
         Parameters
         ----------
-        positions
-            Where the unknowns of this rank are in the order of their numbers, shape (n, 3), mm.
-            Another partition of the mesh, or another numbering, makes others of them.
+        numbers
+            What the unknowns' numbers on this rank mean: those of each cell, and where the cells
+            are. Another partition of the mesh, or another numbering, has others.
         """
         assert self._file is not None
-        numbering = hashlib.sha256(np.ascontiguousarray(positions)).digest()
-        same = self._file.read(CHECKSUM) == numbering
+        numbering = hashlib.sha256()
+        for array in numbers:
+            numbering.update(np.ascontiguousarray(array))
+        same = self._file.read(CHECKSUM) == numbering.digest()
         if not self._comm.allreduce(same, op=MPI.LAND):
             self._file.truncate(0)
             self._file.seek(0)
-            self._heading = numbering
+            self._heading = numbering.digest()
         self.kept, self._factors, end = _scan(self._file, self._comm)
         self._file.truncate(end)
         self._file.seek(CHECKSUM if self.kept else end)
