@@ -97,6 +97,23 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "://" not in report  # nothing to fetch; base64 may spell "http", but has no colon
 
 
+@pytest.mark.slow
+@pytest.mark.long
+def test_two_causes_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Derivatives at the baseline speak for others, which do not fit where they are simulated."""
+    hidden = {"machine_compliance", "seating_gap"}
+    secrets = [Secret(rf.EFFECTS[name], rf.EFFECTS[name].typical) for name in sorted(hidden)]
+    make_dataset(tmp_path / "data", secrets, 202, Runs())
+    done = discover(tmp_path / "data", tmp_path / "found")
+    assert done.returncode == 0, done.stderr
+    verdict = json.loads((tmp_path / "found" / "verdict.json").read_text())
+    with capsys.disabled():
+        print(done.stdout)
+    assert verdict["verdict"] in ("cause", "ambiguous")
+    assert all(hidden & set(group) for group in verdict["groups"])
+    assert hidden <= {name for group in verdict["groups"] for name in group}
+
+
 COARSE = finer(
     rf.MeshRecipe(
         order=1,

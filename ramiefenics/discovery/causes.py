@@ -67,8 +67,7 @@ class Causes:
     @cached_property
     def probability(self) -> Array:
         """Of each set, shape (s,)."""
-        logarithms = self.log_evidence + log_priors(self.sets, len(self.names))
-        shares = np.exp(logarithms - logarithms.max())
+        shares = np.exp(self._scores - self._scores.max())
         return np.asarray(shares / shares.sum())
 
     @property
@@ -93,15 +92,25 @@ class Causes:
 
     def gain(self, names: Sequence[str]) -> float:
         """Return the logarithm of the evidence of a set over that without effects."""
-        return float(self.log_evidence[self._row(names)] - self.log_evidence[0])
+        return float(self.log_evidence[self.row(names)] - self.log_evidence[0])
 
     def score(self, names: Sequence[str]) -> float:
         """Return the logarithm of evidence and prior of a set, but for a constant."""
-        row = self._row(names)
-        return float(self.log_evidence[row] + log_priors(self.sets, len(self.names))[row])
+        return float(self._scores[self.row(names)])
 
-    def _row(self, names: Sequence[str]) -> int:
+    def row(self, names: Sequence[str]) -> int:
+        """Return the number of a set."""
         return self.sets.index(tuple(sorted(self.names.index(name) for name in names)))
+
+    def certain(self) -> tuple[str, ...]:
+        """Return the effects that are there as good as certainly."""
+        inclusion = self.inclusion()
+        sure = [name for name in self.names if inclusion[name] > SURE]
+        return tuple(sure[: len(NUMBER) - 1])
+
+    @cached_property
+    def _scores(self) -> Array:
+        return self.log_evidence + log_priors(self.sets, len(self.names))
 
     def groups(self) -> list[tuple[str, ...]]:
         """Return groups of effects of each of which one is there as good as certainly.
@@ -155,6 +164,13 @@ def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()
     chosen = int(found.probability.argmax())
     scatter = tried[int(values[:, chosen].argmax())]
     return Causes(evidence.names, sets, values.max(axis=0), scatter, nothing)
+
+
+def own_score(evidence: Evidence, names: Sequence[str], scatter: Scatter) -> float:
+    """Return the logarithm of evidence and prior of one set, but for a constant."""
+    chosen = tuple(sorted(evidence.names.index(name) for name in names))
+    prior = log_priors([chosen], len(evidence.names))
+    return float((_log_evidence(evidence, scatter, [chosen]) + prior)[0])
 
 
 def all_sets(number: int) -> tuple[Set, ...]:

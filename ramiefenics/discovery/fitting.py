@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramiefenics.discovery.broken import find_broken
-from ramiefenics.discovery.causes import NEGLIGIBLE, Causes, find_causes
+from ramiefenics.discovery.causes import Causes, find_causes
 from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fit import Fit
@@ -28,21 +28,16 @@ log = logging.getLogger(__name__)
 ROUNDS = 5
 """Most linearisations of a fit."""
 
-MOST_SETS = 3
-"""Most sets of effects that are fitted one after the other."""
-
 STEADY, STEADY_ERRORS = 0.1, 0.5
 """Changes of log factors, and of an amplitude over its standard deviation, that need no further
 linearisation."""
 
 FARTHEST = 0.5
-"""Largest change of a log factor in a round: beyond it derivatives tell little."""
+"""Largest change of a log factor in a round: beyond it derivatives tell little. That of an
+amplitude is the typical one, at which suspects are tried."""
 
 SHORTEST = 0.1
 """Share of a move that is tried last where simulations do not reach the end."""
-
-CONTENDERS = 6
-"""Most effects whose signatures are found anew where the most probable set is fitted."""
 
 
 @dataclass(frozen=True)
@@ -72,21 +67,6 @@ class Fitted:
         )
         same = set(fit.chosen) == set(model.effects)
         return bool(same and near and moves < STEADY)
-
-
-@dataclass(frozen=True)
-class Compared:
-    """All sets of effects, compared at one linearisation."""
-
-    curves: Linearised
-    evidence: Evidence
-    causes: Causes
-
-    def fit(self, names: tuple[str, ...]) -> Fit:
-        """Return the fit of a set."""
-        best = names == self.causes.best
-        scatter = self.causes.scatter if best else fit_scatter(self.evidence, names)
-        return Fit(self.evidence, names, scatter)
 
 
 class Fitter:
@@ -157,60 +137,16 @@ class Fitter:
             return evidence, causes
         return again, find_causes(again, impossible)
 
-    def joint(
-        self,
-        screened: Linearised,
-        causes: Causes,
-        evidence: Evidence,
-        effects: Mapping[str, Effect],
-    ) -> tuple[Fitted, Causes, dict[tuple[str, ...], str]]:
-        """Fit the most probable set in the finite-element model, and compare all sets there.
+    def move(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Linearised:
+        """Simulate near where a set of effects fits, with their signatures there.
 
-        Where another set is more probable there, that is fitted next, until one is the most
-        probable where it fits itself. If none is, that which explains the curves best where it
-        fits itself is returned. Sets that cannot be simulated near where they fit are told with
-        the reason, and are not compared any more.
+        Raises
+        ------
+        SpecificationError
+            If that is not possible, even for smaller amplitudes.
         """
-        here = Compared(screened, evidence, causes)
-        refused: dict[tuple[str, ...], str] = {}
-        fitted: dict[tuple[str, ...], Compared] = {}
-        while (names := here.causes.best) not in fitted and len(fitted) < MOST_SETS:
-            try:
-                here = self._fit_set(names, here, screened, effects, refused)
-            except SpecificationError as error:
-                refused[names] = str(error)
-                here = dataclasses.replace(here, causes=find_causes(here.evidence, refused))
-                continue
-            fitted[names] = here
-        if fitted.get(names) is not here:
-            names = max(fitted, key=lambda tried: fitted[tried].causes.score(tried))
-            here = fitted[names]
-            here = dataclasses.replace(here, causes=find_causes(here.evidence, refused))
-        return Fitted(here.curves, here.fit(names)), here.causes, refused
-
-    def _fit_set(
-        self,
-        names: tuple[str, ...],
-        here: Compared,
-        screened: Linearised,
-        effects: Mapping[str, Effect],
-        refused: Collection[tuple[str, ...]],
-    ) -> Compared:
-        """Fit a set of effects, and compare all sets there.
-
-        The signatures of the contenders are found anew; those of others stay.
-        """
-        for _ in range(ROUNDS):
-            fit = here.fit(names)
-            if Fitted(here.curves, fit).steady:
-                break
-            near = {name: effects[name] for name in _contenders(names, here.causes)}
-            added = {name: (effects[name], fit.amplitudes[name]) for name in names}
-            curves = self._move(here.curves.model, fit, added, near)
-            by_effects = {**screened.by_effects, **curves.by_effects}
-            curves = dataclasses.replace(curves, by_effects=by_effects)
-            here = Compared(curves, *self.compare(curves, effects, names, refused))
-        return here
+        added = {n: (effect, fitted.fit.amplitudes[n]) for n, effect in effects.items()}
+        return self._move(fitted.curves.model, fitted.fit, added, effects)
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
         """Return a fit in which certain specimens are taken for broken."""
@@ -245,8 +181,9 @@ class Fitter:
         while True:
             effects = {}
             for name, (effect, amplitude) in added.items():
-                start = model.amplitude(name)
-                effects[name] = (effect, start + share * (amplitude - start))
+                start, most = model.amplitude(name), abs(effect.typical)
+                change = float(np.clip(amplitude - start, -most, most))
+                effects[name] = (effect, start + share * change)
             wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
             log.info("moving by %.3g of the way, to effects %s", share, amounts)
@@ -277,11 +214,3 @@ def linear_evidence(
     nuisance = np.concatenate([curves.by_mesh / peak[..., None], own], axis=1)
     suspects = {n: Suspect(effects[n], signatures[n]) for n in effects if n in signatures}
     return Evidence(residual, by_factors, nuisance, factor_sd, blocks, suspects)
-
-
-def _contenders(names: tuple[str, ...], causes: Causes) -> list[str]:
-    """Return effects that are fitted, and the most probable others."""
-    inclusion = causes.inclusion()
-    others = [n for n in inclusion if n not in names and inclusion[n] > NEGLIGIBLE]
-    others.sort(key=lambda name: -inclusion[name])
-    return [*names, *others[: CONTENDERS - len(names)]]

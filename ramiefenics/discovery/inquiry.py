@@ -23,6 +23,7 @@ from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.search import Search
 from ramiefenics.discovery.verdict import ENOUGH, INDIFFERENT, SIGNIFICANCE, decide, least_gain
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -117,8 +118,9 @@ class _Inquiry:
         extended = None
         if p_value < SIGNIFICANCE and causes.best:
             self._stage(f"fitting {' and '.join(causes.best)}", 3 * number)
-            extended, causes, refused = self._fitter.joint(curves, causes, evidence, seen)
-            for names, reason in refused.items():
+            search = Search(self._fitter, curves, seen)
+            extended, causes = search.best(evidence, causes)
+            for names, reason in search.refused.items():
                 self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
             if self._runs.error > 0.0:
                 self._stage("confirming", 2 * number)

@@ -1,0 +1,180 @@
+"""Search for the set of effects that explains the curves best, each where it fits itself.
+
+Derivatives tell little of a set far from where they were found: there, a set of effects that are
+not in the data may seem to explain them better than those that are. So the evidence of a set counts
+where the set has been fitted in the finite-element model. The search begins with the effects that
+are certain by the derivatives at the baseline. Wherever a set is better than all before it, the
+derivatives there promise something of those with one effect more; what promises to be better than
+the best so far is fitted, small sets first.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ramiefenics.discovery.broken import find_broken
+from ramiefenics.discovery.causes import NUMBER, Causes, find_causes, own_score
+from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit import Fit
+from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.fitting import Fitted, Fitter
+from ramiefenics.discovery.linearised import Linearised
+from ramiefenics.effects import Effect
+from ramiefenics.specification import SpecificationError
+
+log = logging.getLogger(__name__)
+
+ROUNDS = 4
+"""Most linearisations of a set."""
+
+MOST_SETS = 10
+"""Most sets that are fitted."""
+
+HOPELESS = 5.0
+"""By how much a set may be less probable than the best where it is first simulated, and still be
+fitted any better."""
+
+PROMISING = -1.0
+"""Least that a set must promise to gain in log-probability over the best so far."""
+
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A set of effects, near where it fits.
+
+    Attributes
+    ----------
+    fitted
+        The set.
+    score
+        Logarithm of its evidence and of its probability beforehand, but for a constant.
+    """
+
+    fitted: Fitted
+    score: float
+
+    @property
+    def names(self) -> Names:
+        """The effects."""
+        return self.fitted.fit.chosen
+
+
+class Search:
+    """Searches for the best set of effects.
+
+    Parameters
+    ----------
+    fitter
+        Fits models to the data.
+    screened
+        The baseline, with the signatures of all effects.
+    effects
+        Those that are suspected.
+
+    Attributes
+    ----------
+    refused
+        Sets that cannot be simulated near where they fit, with the reason.
+    """
+
+    def __init__(self, fitter: Fitter, screened: Linearised, effects: Mapping[str, Effect]) -> None:
+        self._fitter, self._screened, self._effects = fitter, screened, effects
+        self._reached: dict[Names, Reached] = {}
+        self._promised: dict[Names, float] = {}
+        self.refused: dict[Names, str] = {}
+
+    def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
+        """Return the best set that was reached, and the posterior over all sets there.
+
+        Sets that were reached have their own evidence in it, others that of the derivatives.
+
+        Parameters
+        ----------
+        evidence, causes
+            Of the baseline.
+        """
+        self._reached[()] = self._judged((), self._screened, evidence)
+        self._propose(self._best)
+        if certain := causes.certain():
+            self._promised[certain] = math.inf
+        for _ in range(MOST_SETS):
+            names = self._most_promising()
+            if names is None:
+                break
+            before = self._best
+            self._settle(names)
+            if self._best is not before:
+                self._propose(self._best)
+        return self._best.fitted, self._with_own(self._compared(self._best))
+
+    @property
+    def _best(self) -> Reached:
+        return max(self._reached.values(), key=lambda one: one.score)
+
+    def _propose(self, start: Reached) -> None:
+        """Note what the derivatives where a set fits promise of larger ones, and of the best."""
+        found = self._compared(start)
+        proposed = [found.best]
+        if len(start.names) < len(NUMBER) - 1:
+            for other in found.names:
+                larger = {*start.names, other}
+                proposed.append(tuple(name for name in found.names if name in larger))
+        for names in proposed:
+            if names not in self.refused:
+                gain = found.score(names) - found.score(start.names)
+                self._promised[names] = start.score + gain
+
+    def _most_promising(self) -> Names | None:
+        """Return the set to be fitted next, if any promises enough."""
+        least = self._best.score + PROMISING
+        left = {
+            names: promised
+            for names, promised in self._promised.items()
+            if promised > least and names not in self._reached and names not in self.refused
+        }
+        return min(left, key=lambda names: (len(names), -left[names]), default=None)
+
+    def _settle(self, names: Names) -> None:
+        """Fit a set, beginning at the best part of it that was reached."""
+        effects = {name: self._effects[name] for name in names}
+        parts = [one for part, one in self._reached.items() if set(part) <= set(names)]
+        start = max(parts, key=lambda one: one.score).fitted
+        reached = self._judged(names, start.curves, start.fit.evidence)
+        for _ in range(ROUNDS):
+            simulated = set(names) == set(reached.fitted.curves.model.effects)
+            if reached.fitted.steady or (simulated and reached.score < self._best.score - HOPELESS):
+                break
+            try:
+                moved = self._fitter.move(reached.fitted, effects)
+            except SpecificationError as error:
+                self.refused[names] = str(error)
+                return
+            by_effects = {**self._screened.by_effects, **moved.by_effects}
+            moved = dataclasses.replace(moved, by_effects=by_effects)
+            reached = self._judged(names, moved, self._fitter.evidence(moved, self._effects))
+        self._reached[names] = reached
+        log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
+
+    def _judged(self, names: Names, curves: Linearised, evidence: Evidence) -> Reached:
+        evidence = find_broken(evidence, names)
+        scatter = fit_scatter(evidence, names)
+        fitted = Fitted(curves, Fit(evidence, names, scatter))
+        return Reached(fitted, own_score(evidence, names, scatter))
+
+    def _compared(self, reached: Reached) -> Causes:
+        """Compare all sets where one fits."""
+        return find_causes(reached.fitted.fit.evidence, self.refused)
+
+    def _with_own(self, found: Causes) -> Causes:
+        """Return the posterior with the sets' own evidence, where they were reached."""
+        log_evidence = found.log_evidence.copy()
+        for names, reached in self._reached.items():
+            row = found.row(names)
+            log_evidence[row] += reached.score - found.score(names)
+        return dataclasses.replace(found, log_evidence=log_evidence)
