@@ -2,7 +2,8 @@
 
     ./run python benchmarks/performance.py
 
-Seconds. Reads `records/{convergence,felupe_front,race,ranks,growth,throughput,signatures}.json`,
+Seconds. Reads `records/{convergence,felupe_front,race,ranks,growth,throughput,signatures,
+stalks}.json`
 and writes `docs/performance.md` and `docs/performance.png`.
 """
 
@@ -15,6 +16,7 @@ import matplotlib as mpl
 from convergence import MESHES
 from matplotlib.figure import Figure
 from record import DOCS, read_record, table
+from stalks import predicted_s
 
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.tangent import DIRECT_UNKNOWNS
@@ -124,6 +126,38 @@ def growth() -> str:
     )
 
 
+def stalks() -> str:
+    """Return what discoveries cost, and would cost elsewhere."""
+    record = read("stalks")
+    if not record:
+        return ""
+    sent = record.pop("transport_s")
+    rows = [
+        [
+            label.replace(",", " |"),
+            f"{row['curves']:,}",
+            f"{row['computed']:,}",
+            f"{row['wall_s'] / 60:.1f}",
+            *(f"{predicted_s(row, n, sent['Dask']) / 60:.1f}" for n in (1, 16, 256)),
+        ]
+        for label, row in record.items()
+    ]
+    head = ["stalks", "suspects", "curves asked for", "simulated", "2 cores (min)"]
+    tasks = table([*head, "1 core", "16", "256"], [row[0].split(" | ") + row[1:] for row in rows])
+    return f"""## Many stalks
+
+One `discover`, of stalks like the published ones with a compliant machine, nothing kept
+(`benchmarks/stalks.py`). Measured on two cores; for others, the measured simulations are dealt out
+anew, round by round, and what is not simulation takes what it took. A task costs \
+{1e3 * sent["processes"]:.1f} ms besides its work on processes of one machine, \
+{1e3 * sent["Dask"]:.1f} ms by Dask on two workers.
+
+{tasks}
+![Wall time and simulations over the number of stalks](stalks.png)
+
+"""
+
+
 def scaling() -> str:
     """Return what many runs, several parameters, two ranks and large models cost."""
     ranks, sweep = read("ranks"), read("throughput")
@@ -134,7 +168,7 @@ def scaling() -> str:
 {sweep["median_cpu_s"]:.1f} s each (`benchmarks/throughput.py`).
 Constants and coordinates are data to the compiled forms; nothing is compiled twice.
 
-## Derivatives of the force curve
+{stalks()}## Derivatives of the force curve
 
 By eight parameters, of geometry, moduli, large strain, radius and friction, with `sensitivities`
 (`benchmarks/signatures.py`). Central differences would cost sixteen runs.

@@ -15,11 +15,12 @@ from pathlib import Path
 import psutil
 import pytest
 from distributed import LocalCluster
+from IPython.display import HTML
 
 import ramiefenics as rf
 from ramiefenics.cli import main
 from ramiefenics.model.jit import CACHE
-from ramiefenics.runs import Runs, Store
+from ramiefenics.runs import Runs, Store, executor
 
 RADII = "fixture.indenter_radius_mm=4:6:8"
 
@@ -82,6 +83,27 @@ def test_a_lost_cluster_is_no_failed_simulation(tmp_path: Path) -> None:
     for error in (killed("attempted 4 times"), CancelledError()):
         with pytest.raises(BrokenExecutor, match=r"Dask gave up|connection"):
             Runs(tmp_path, Elsewhere(tmp_path, error)).map([Word()])
+
+
+def test_a_notebook_shows_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One bar for all that one `Runs` does; none where all is kept."""
+    shown: list[str] = []
+
+    class Output:
+        def update(self, html: HTML) -> None:
+            shown.append(html.data)
+
+    monkeypatch.setattr(executor, "in_notebook", lambda: True)
+    monkeypatch.setattr("IPython.display.display", lambda *args, **options: Output())
+    runs = Runs(tmp_path, Elsewhere(tmp_path))
+    runs.map([Word("a"), Word("b")])
+    runs.map([Word("a"), Word("c")])
+    assert '<progress value="0" max="2">' in shown[0]
+    assert '<progress value="2" max="3">' in shown[-2]
+    assert shown[-1].startswith("3 of 3 simulations")
+    shown.clear()
+    Runs(tmp_path, Elsewhere(tmp_path)).map([Word("a")])
+    assert not shown
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,18 @@ def test_measured_curves_are_drawn_beside_the_simulation(
         assert [text.get_text() for text in legend.get_texts()] == ["measured"]
 
 
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [(b"a,b\n1,2\n", "displacement_mm is missing"), (b"\xff\xfe\0", "must be a CSV file")],
+)
+def test_a_file_that_is_no_curve(
+    bent: BendingResult, tmp_path: Path, content: bytes, told: str
+) -> None:
+    (tmp_path / "stalk.csv").write_bytes(content)
+    with pytest.raises(SpecificationError, match=told):
+        bent.plot(measured=tmp_path / "stalk.csv")
+
+
 def test_any_figure_by_name(bent: BendingResult) -> None:
     assert bent.plot().axes[0].get_ylabel() == "Force (N)"
     assert bent.plot("deformed").axes[0].images

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -145,7 +146,6 @@ def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
 
 
 def test_slope_is_the_secant_between_10_and_40_per_cent(bent: BendingResult) -> None:
-    import dataclasses
 
     travel = np.linspace(0.0, 10.0, 21)
     curve = pd.DataFrame({"displacement_mm": travel, "force_N": 7.0 * travel})
@@ -234,3 +234,10 @@ def test_second_order_cells_appear_as_eight(
     # edges of 180 / n degrees leave out (pi / n)^2 / 6 of the circle
     left_out = (np.pi / (8 * order)) ** 2 / 6
     assert volumes.sum() == pytest.approx(exact * (1 - left_out), rel=2e-3)
+
+
+def test_energies_that_do_not_add_up_are_told(bent: BendingResult) -> None:
+    assert not any("work" in note for note in bent.notes())
+    wrong = bent.curve.assign(stored_energy_Nmm=0.8 * bent.curve["stored_energy_Nmm"])
+    notes = dataclasses.replace(bent, curve=wrong).notes()
+    assert any("differ by 20 % of the work: take shorter steps" in note for note in notes)

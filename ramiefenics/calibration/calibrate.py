@@ -25,7 +25,7 @@ def calibrate(
     executor: Executor | None = None,
     folder: Path | None = None,
     on_stage: Callable[[str, int], None] = lambda name, expected: None,
-    on_done: Callable[[int], None] = lambda number: None,
+    on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
     """Do a study.
 
@@ -38,7 +38,7 @@ def calibrate(
     on_stage
         Told what is begun, and how many simulations it takes.
     on_done
-        Told how many simulations have been done since the last call.
+        Told how many simulations have been done since the last call: see `Runs`.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def respond(
     study: Study,
     executor: Executor | None = None,
     folder: Path | None = None,
-    on_done: Callable[[int], None] = lambda number: None,
+    on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
     """Simulate the design of a study, and fit its surfaces; leave alone what was measured.
 

@@ -75,7 +75,7 @@ def run_campaign(
     tests: Sequence[BendingTest],
     executor: Executor | None = None,
     folder: Path | None = None,
-    on_done: Callable[[int], None] = lambda number: None,
+    on_done: Callable[[int], None] | None = None,
 ) -> Campaign:
     """Simulate tests that have not been simulated before; equal ones once.
 

@@ -16,6 +16,7 @@ from typing import Generic, Protocol, TypeVar
 from loky import ProcessPoolExecutor
 
 from ramiefenics.diagnostics import LOG, show_log
+from ramiefenics.runs.notebook import NotebookProgress, in_notebook
 from ramiefenics.runs.store import Store
 
 log = logging.getLogger(__name__)
@@ -74,7 +75,8 @@ class Runs:
         Does the work, each task on one process: see `workers`, `dask_workers` and `mpi_ranks`. By
         default as many local processes as there are cores.
     on_done
-        Called with the number of distinct tasks done since the last call.
+        Called with the number of distinct tasks done since the last call. By default a bar in the
+        output of a notebook's cell, and nothing elsewhere.
 
     Attributes
     ----------
@@ -89,7 +91,8 @@ class Runs:
         on_done: Callable[[int], None] | None = None,
     ) -> None:
         self._folder, self._executor = folder, executor
-        self._on_done = on_done or (lambda number: None)
+        self._on_done = on_done
+        self._bar = NotebookProgress() if on_done is None and in_notebook() else None
         self.asked = self.computed = 0
 
     def map(self, tasks: Sequence[Task[T]]) -> list[Done[T]]:
@@ -113,7 +116,10 @@ class Runs:
         self.asked += len(tasks)
         self.computed += len(left)
         log.info("%d tasks: %d kept, %d to compute", len(distinct), len(found), len(left))
-        self._on_done(len(found))
+        if self._bar is not None:
+            self._bar.expect(len(left))
+        if self._on_done is not None:
+            self._on_done(len(found))
         if left:
             found |= self._compute(left, store)
         return _read(tasks, [found[name] for name in names])
@@ -134,12 +140,18 @@ class Runs:
                         found[name] = error
                     else:
                         raise error
-                    self._on_done(1)
+                    self._tell_one()
             except BaseException:
                 for future in futures:
                     future.cancel()
                 raise
         return found
+
+    def _tell_one(self) -> None:
+        if self._bar is not None:
+            self._bar.advance(1)
+        if self._on_done is not None:
+            self._on_done(1)
 
 
 def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Done[T]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,8 +18,9 @@ from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.solve.peak import Peak, find_peak
 from ramiefenics.solve.quasistatic import Ending, Jump
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict
+from ramiefenics.specification.reading import read_bytes
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -30,6 +32,10 @@ LOSSES = {
     "ellipticity": "the material loses strong ellipticity, the answer depends on the mesh",
 }
 """Properties that a law may lose, and what that means."""
+
+UNBALANCED = 0.05
+"""Share of the indenter's work that may be missing: the trapezoidal rule over default steps loses
+less than a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +199,28 @@ class BendingResult(Result):
             for jump in self.jumps
         ]
         ended = [] if self.completed else [f"not completed: {self.ending.reason}"]
-        return [*lost, *self._unsearched(), *jumps, *ended]
+        return [*lost, *self._unsearched(), *jumps, *self._unbalanced(), *ended]
+
+    def _unbalanced(self) -> list[str]:
+        """Return by how much the energies miss the indenter's work, if by much."""
+        share = self._energy_imbalance()
+        if share is None or abs(share) <= UNBALANCED:
+            return []
+        return [
+            f"the indenter's work and what is stored, lost by friction or in the material, and "
+            f"released by jumps differ by {100.0 * abs(share):.0f} % of the work: take shorter "
+            "steps (numerics.stepping.max_step_mm)"
+        ]
+
+    def _energy_imbalance(self) -> float | None:
+        """Return what of the indenter's work is not accounted for, over the largest work."""
+        work = self.curve["indenter_work_Nmm"]
+        if not work.max() > 0.0:
+            return None
+        kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
+        released = sum(jump.energy_released_Nmm for jump in self.jumps)
+        spent = float(self.curve[kinds].iloc[-1].sum()) + released
+        return (float(work.iloc[-1]) - spent) / float(work.max())
 
     def _unsearched(self) -> list[str]:
         """Return how far strong ellipticity was sought, if a run that ended early is beyond."""
@@ -208,10 +235,6 @@ class BendingResult(Result):
     def numbers(self) -> dict[str, Any]:
         """Return force, energies, losses and cost."""
         curve, acoustic = self.curve, self.test.numerics.acoustic_check
-        work = float(curve["indenter_work_Nmm"].iloc[-1])
-        most = float(curve["indenter_work_Nmm"].max())
-        kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
-        spent = float(curve[kinds].iloc[-1].sum())
         imbalance = float((curve["force_N"] - curve["support_force_N"]).abs().max())
         return {
             "max_force_N": self.max_force_N,
@@ -224,7 +247,7 @@ class BendingResult(Result):
             "ending": dataclasses.asdict(self.ending),
             "reached_mm": float(curve["displacement_mm"].max()),
             "force_imbalance": imbalance / self.max_force_N if self.max_force_N > 0 else None,
-            "energy_imbalance": (work - spent) / most if most > 0 else None,
+            "energy_imbalance": self._energy_imbalance(),
             "min_volume_ratio": float(curve["min_volume_ratio"].min()),
             "min_principal_stretch": float(curve["min_principal_stretch"].min()),
             "min_acoustic_MPa": float(curve["min_acoustic_MPa"].min()) if acoustic else None,
@@ -279,7 +302,7 @@ class BendingResult(Result):
         from ramiefenics.solve.figures import curve_figure
 
         if isinstance(measured, (str, Path)):
-            measured = {Path(measured).stem: pd.read_csv(measured)}
+            measured = {Path(measured).stem: _measured(Path(measured))}
         elif isinstance(measured, pd.DataFrame):
             measured = {"measured": measured}
         return curve_figure(self, measured)
@@ -306,6 +329,20 @@ class BendingResult(Result):
             from ramiefenics.solve.fields import write_fields
 
             write_fields(self, folder / "fields")
+
+
+def _measured(path: Path) -> pd.DataFrame:
+    """Read a measured curve."""
+    try:
+        table = pd.read_csv(io.BytesIO(read_bytes(path)))
+    except ValueError as error:
+        if isinstance(error, SpecificationError):
+            raise
+        raise SpecificationError("measured", str(path), f"must be a CSV file ({error})") from error
+    if missing := {"displacement_mm", "force_N"} - set(table):
+        allowed = f"must have the columns displacement_mm and force_N; {min(missing)} is missing"
+        raise SpecificationError("measured", str(path), allowed)
+    return table
 
 
 def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:

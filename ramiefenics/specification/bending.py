@@ -18,6 +18,9 @@ from ramiefenics.specification.stalk import Stalk
 LEAST_STEP, LEAST_CUT_STEP = 1e-4, 1e-7
 """Of a step as long as may be, and of one cut short: shares of the path."""
 
+SHARPEST = 1e-3
+"""Least radius of a cylinder over the stalk's diameter."""
+
 
 @dataclass(frozen=True)
 class BendingTest:
@@ -65,6 +68,7 @@ class BendingTest:
         except SpecificationError as error:
             raise error.inside("fixture") from error
         self._check_symmetry()
+        self._check_radii()
         self._check_held()
         self._check_steps()
         self._check_bow()
@@ -82,6 +86,15 @@ class BendingTest:
         cosine = math.sqrt(1.0 - sine**2)
         drop = cylinder.z_mm * sine / (1.0 + bow * away) / (1.0 + cosine)
         return away * cosine - drop - cylinder.up * cylinder.radius_mm
+
+    def _check_radii(self) -> None:
+        """Check that no cylinder is a blade, which would need a mesh without end."""
+        least = SHARPEST * self.stalk.outer_diameter_mm
+        for cylinder in self.fixture.cylinders:
+            if cylinder.radius_mm < least:
+                allowed = f"must be at least {least:.3g} mm, a thousandth of the stalk's diameter"
+                name = f"fixture, radius of the {cylinder.name}"
+                raise SpecificationError(name, cylinder.radius_mm, allowed)
 
     def _check_held(self) -> None:
         """Check that something keeps the stalk from sliding away along its axis.

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import sys
 from typing import Any
 
 from ramiefenics.specification.errors import SpecificationError
+
+LARGEST, SMALLEST = 1e30, 1e-30
+"""Of a number, the latter where it must not be zero: beyond them squares and inverses overflow."""
+
+MOST = 10**9
+"""Of anything that is counted."""
 
 
 def check_number(
@@ -81,8 +86,8 @@ def checked_number(
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float))
-        or not -sys.float_info.max <= value <= sys.float_info.max  # whole numbers have no limit
-        or (above is not None and value <= above)
+        or not abs(value) <= LARGEST
+        or (above is not None and value - above < SMALLEST)
         or (at_least is not None and value < at_least)
         or (below is not None and value >= below)
         or (at_most is not None and value > at_most)
@@ -98,6 +103,8 @@ def checked_number(
             if bound is not None
         ]
         allowed = f"a number {' and '.join(bounds)}" if bounds else "a finite number"
+        if isinstance(value, (int, float)) and LARGEST < abs(value) < float("inf"):
+            allowed += f", within {LARGEST:g}"
         raise SpecificationError(name, value, f"must be {allowed}")
     return float(value)
 
@@ -134,7 +141,7 @@ def check_table(obj: Any, at: str, values: str, above: float | None = None) -> N
 
 
 def check_integer(obj: Any, name: str, at_least: int) -> None:
-    """Check that a field is an integer of at least `at_least`.
+    """Check that a field is an integer of at least `at_least`, and at most `MOST`.
 
     Raises
     ------
@@ -142,8 +149,9 @@ def check_integer(obj: Any, name: str, at_least: int) -> None:
         If it is not.
     """
     value = getattr(obj, name)
-    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
-        raise SpecificationError(name, value, f"must be a whole number of at least {at_least}")
+    if isinstance(value, bool) or not isinstance(value, int) or not at_least <= value <= MOST:
+        allowed = f"must be a whole number from {at_least} to {MOST:,}"
+        raise SpecificationError(name, value, allowed)
 
 
 def check_text(obj: Any, name: str, empty: bool = True) -> None:

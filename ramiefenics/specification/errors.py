@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-LONGEST = 200
-"""Characters of a value that a message repeats."""
+LONGEST, LONGEST_SENTENCE = 200, 1500
+"""Characters of a name or value that a message repeats, and of what is allowed."""
 
 
 class SpecificationError(ValueError):
@@ -26,7 +26,9 @@ class SpecificationError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{field if value is None else f'{field} = {_short(value)}'} {allowed}.")
+        named = _cut(field, LONGEST)
+        given = named if value is None else f"{named} = {_short(value)}"
+        super().__init__(f"{given} {_cut(allowed, LONGEST_SENTENCE)}.")
 
     def __reduce__(self) -> tuple[type, tuple[str, Any, str]]:
         """Return how to make it again in another process."""
@@ -44,7 +46,12 @@ def _short(value: Any) -> str:
         text = repr(value)
     except (RecursionError, ValueError):  # nested too deeply, or a number of too many digits
         text = f"<{type(value).__name__}>"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 40]} ... {text[-35:]}"
+    return _cut(text, LONGEST)
+
+
+def _cut(text: str, most: int) -> str:
+    """Return a text with its middle left out if it is long."""
+    return text if len(text) <= most else f"{text[: most - 40]} ... {text[-35:]}"
 
 
 class SpecificationWarning(UserWarning):

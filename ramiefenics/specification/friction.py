@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from ramiefenics.specification.checks import check_number
 from ramiefenics.specification.errors import SpecificationError
 
+MOST = 100.0
+"""Of a coefficient; that of rubber is 4."""
+
 
 @dataclass(frozen=True)
 class Friction:
@@ -28,8 +31,8 @@ class Friction:
 
     def __post_init__(self) -> None:
         """Check that 0 <= dynamic <= static, and the length."""
-        check_number(self, "static", at_least=0.0)
-        check_number(self, "dynamic", at_least=0.0)
+        check_number(self, "static", at_least=0.0, at_most=MOST)
+        check_number(self, "dynamic", at_least=0.0, at_most=MOST)
         if self.dynamic > self.static:
             raise SpecificationError(
                 "dynamic", self.dynamic, f"must be at most the static coefficient {self.static:g}"

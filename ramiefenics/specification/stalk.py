@@ -20,6 +20,9 @@ Places = TypeVar("Places", float, NDArray[np.floating[Any]])
 
 NODE_POISSON = 0.3
 
+LONGEST_MM = 2e5
+"""Of a stalk: no plant is as long."""
+
 
 @dataclass(frozen=True)
 class Layer:
@@ -135,7 +138,7 @@ class Stalk:
 
     def __post_init__(self) -> None:
         """Check that diameters increase from the void outwards and that names are unique."""
-        check_number(self, "length_mm", above=0.0, unit="mm")
+        check_number(self, "length_mm", above=0.0, at_most=LONGEST_MM, unit="mm")
         check_number(self, "void_diameter_mm", at_least=0.0, unit="mm")
         object.__setattr__(self, "layers", tuple(self.layers))
         if not self.layers:

@@ -30,7 +30,7 @@ def sweep(
     values: Mapping[str, Sequence[Value]],
     executor: Executor | None = None,
     folder: Path | None = None,
-    on_done: Callable[[int], None] = lambda number: None,
+    on_done: Callable[[int], None] | None = None,
 ) -> Sweep:
     """Simulate a test with all combinations of some values.
 

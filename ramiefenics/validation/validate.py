@@ -26,7 +26,7 @@ def validate(
     executor: Executor | None = None,
     folder: Path | None = None,
     on_stage: Callable[[str, int], None] = lambda name, expected: None,
-    on_done: Callable[[int], None] = lambda number: None,
+    on_done: Callable[[int], None] | None = None,
 ) -> Validation:
     """Do a validation.
 
@@ -39,7 +39,7 @@ def validate(
     on_stage
         Told what is begun, and how many simulations it takes.
     on_done
-        Told how many simulations have been done since the last call.
+        Told how many simulations have been done since the last call: see `Runs`.
 
     Raises
     ------
