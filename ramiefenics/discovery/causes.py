@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -97,6 +97,10 @@ class Causes:
     def score(self, names: Sequence[str]) -> float:
         """Return the logarithm of evidence and prior of a set, but for a constant."""
         return float(self._scores[self.row(names)])
+
+    def scored(self) -> Iterator[tuple[Set, float]]:
+        """Yield all sets with their scores."""
+        return zip(self.sets, map(float, self._scores), strict=True)
 
     def row(self, names: Sequence[str]) -> int:
         """Return the number of a set."""

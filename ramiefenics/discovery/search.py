@@ -2,10 +2,10 @@
 
 Derivatives tell little of a set far from where they were found: there, a set of effects that are
 not in the data may seem to explain them better than those that are. So the evidence of a set counts
-where the set has been fitted in the finite-element model. The search begins with the effects that
-are certain by the derivatives at the baseline. Wherever a set is better than all before it, the
-derivatives there promise something of those with one effect more; what promises to be better than
-the best so far is fitted, small sets first.
+where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
+baseline sets of one effect and of two, and wherever a set is better than all before it, those with
+one effect more. Small ones are tried first, and given up where they are hopeless as soon as they
+are simulated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ramiefenics.discovery.broken import find_broken
-from ramiefenics.discovery.causes import NUMBER, Causes, find_causes, own_score
+from ramiefenics.discovery.causes import Causes, find_causes, own_score
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 ROUNDS = 4
 """Most linearisations of a set."""
 
-MOST_SETS = 10
+MOST_SETS = 12
 """Most sets that are fitted."""
 
 HOPELESS = 5.0
@@ -39,7 +39,13 @@ HOPELESS = 5.0
 fitted any better."""
 
 PROMISING = -1.0
-"""Least that a set must promise to gain in log-probability over the best so far."""
+"""Least that a set must gain by the derivatives over all smaller ones, in log-probability."""
+
+PAIR = 2
+"""Effects of the largest sets that are tried by the derivatives at the baseline."""
+
+RIVAL = 5.0
+"""By how much a set may be less probable by the derivatives than another of its size."""
 
 Names = tuple[str, ...]
 
@@ -102,7 +108,7 @@ class Search:
         self._reached[()] = self._judged((), self._screened, evidence)
         self._propose(self._best)
         if certain := causes.certain():
-            self._promised[certain] = math.inf
+            self._promised[certain] = math.inf  # whatever its size
         for _ in range(MOST_SETS):
             names = self._most_promising()
             if names is None:
@@ -118,27 +124,25 @@ class Search:
         return max(self._reached.values(), key=lambda one: one.score)
 
     def _propose(self, start: Reached) -> None:
-        """Note what the derivatives where a set fits promise of larger ones, and of the best."""
-        found = self._compared(start)
-        proposed = [found.best]
-        if len(start.names) < len(NUMBER) - 1:
-            for other in found.names:
-                larger = {*start.names, other}
-                proposed.append(tuple(name for name in found.names if name in larger))
-        for names in proposed:
-            if names not in self.refused:
-                gain = found.score(names) - found.score(start.names)
-                self._promised[names] = start.score + gain
+        """Note what the derivatives where a set fits promise of larger ones."""
+        found, here = self._compared(start), set(start.names)
+        each = [(tuple(found.names[i] for i in chosen), score) for chosen, score in found.scored()]
+        larger = [(names, score) for names, score in each if here < set(names)]
+        least = found.score(start.names)
+        for size in range(len(here) + 1, max(len(here) + 1, PAIR) + 1):
+            alike = [(names, score) for names, score in larger if len(names) == size]
+            top = max((score for _, score in alike), default=-math.inf)
+            for names, score in alike:
+                if score > max(top - RIVAL, least + PROMISING):
+                    gain = score - found.score(start.names)
+                    self._promised[names] = start.score + gain
+            least = max(least, top)
 
     def _most_promising(self) -> Names | None:
-        """Return the set to be fitted next, if any promises enough."""
-        least = self._best.score + PROMISING
-        left = {
-            names: promised
-            for names, promised in self._promised.items()
-            if promised > least and names not in self._reached and names not in self.refused
-        }
-        return min(left, key=lambda names: (len(names), -left[names]), default=None)
+        """Return the set to be fitted next."""
+        known = {*self._reached, *self.refused}
+        left = [names for names in self._promised if names not in known]
+        return min(left, key=lambda names: (len(names), -self._promised[names]), default=None)
 
     def _settle(self, names: Names) -> None:
         """Fit a set, beginning at the best part of it that was reached."""
