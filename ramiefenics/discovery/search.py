@@ -93,6 +93,7 @@ class Search:
         self._fitter, self._screened, self._effects = fitter, screened, effects
         self._reached: dict[Names, Reached] = {}
         self._promised: dict[Names, float] = {}
+        self._broken: frozenset[int] = frozenset()
         self.refused: dict[Names, str] = {}
 
     def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
@@ -105,6 +106,7 @@ class Search:
         evidence, causes
             Of the baseline.
         """
+        self._broken = evidence.broken  # the same for all, or their evidence is of other data
         self._reached[()] = self._judged((), self._screened, evidence)
         self._propose(self._best)
         if certain := causes.certain():
@@ -117,6 +119,10 @@ class Search:
             self._settle(names)
             if self._best is not before:
                 self._propose(self._best)
+        fit = self._best.fitted.fit
+        self._broken = find_broken(fit.evidence, fit.chosen).broken
+        for names, one in self._reached.items():
+            self._reached[names] = self._judged(names, one.fitted.curves, one.fitted.fit.evidence)
         return self._best.fitted, self._with_own(self._compared(self._best))
 
     @property
@@ -166,7 +172,7 @@ class Search:
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
 
     def _judged(self, names: Names, curves: Linearised, evidence: Evidence) -> Reached:
-        evidence = find_broken(evidence, names)
+        evidence = dataclasses.replace(evidence, broken=self._broken)
         scatter = fit_scatter(evidence, names)
         fitted = Fitted(curves, Fit(evidence, names, scatter))
         return Reached(fitted, own_score(evidence, names, scatter))
