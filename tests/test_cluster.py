@@ -173,7 +173,7 @@ def wait_for_one(kept: Path, process: subprocess.Popen) -> None:
 
 
 def tables(out: Path) -> dict[str, str]:
-    """Return all tables of a folder but times."""
+    """Return all tables of a folder."""
     return {path.name: path.read_text() for path in sorted(out.glob("*.csv"))}
 
 
