@@ -37,10 +37,13 @@ int factorise(void *mumps)
   return ((SMUMPS_STRUC_C *)mumps)->infog[0];
 }
 
-/* Replaces a right-hand side by the solution. */
-void solve(void *mumps, float *x)
+/* Replaces right-hand sides, one after the other, by the solutions. */
+void solve(void *mumps, int count, float *x)
 {
-  ((SMUMPS_STRUC_C *)mumps)->rhs = x;
+  SMUMPS_STRUC_C *with = mumps;
+  with->nrhs = count;
+  with->lrhs = with->n;
+  with->rhs = x;
   call(mumps, 3);
 }
 

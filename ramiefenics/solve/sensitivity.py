@@ -19,10 +19,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from ramiefenics.model.bending import BendingProblem
+from ramiefenics.model.equations import Array
 from ramiefenics.model.observables import Observer
 from ramiefenics.solve.quasistatic import QuasiStatic
 from ramiefenics.solve.rest import settle
 from ramiefenics.solve.simulate import simulate
+from ramiefenics.solve.tangent import Tangent
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.sources import Source, as_test
 
@@ -124,17 +126,10 @@ def sensitivities(
         if smooth and step.travel_mm > 0.0:
             stepper.newton.tangent.factorise()
             problem.equations.residual(residual)
-        for name, twin in list(smooth.items()):
-            slope = twin.follow(
-                step.travel_mm - before,
-                row["force_N"],
-                residual,
-                stepper.newton.tangent.apply_factors,
-            )
-            if slope is None:
-                del smooth[name]
-            else:
-                row[name] = slope
+        length, tangent = step.travel_mm - before, stepper.newton.tangent
+        slopes = _follow(smooth, length, row["force_N"], residual, tangent)
+        smooth = {name: smooth[name] for name in slopes}
+        row |= slopes
         if not jumps and len(smooth) < ENOUGH * differentiable:
             raise _not_smooth(step.travel_mm)
         before = step.travel_mm
@@ -162,9 +157,10 @@ class _Twin:
         self._base, self._twin = base, twin
         self._typical, self._amount = typical, amount
         u = base.displacement.x.petsc_vec
-        self._rate, self._residual, self._correction = (u.duplicate() for _ in range(3))
+        self._rate, self._residual = u.duplicate(), u.duplicate()
         self._rate.set(0.0)
         self._started = False
+        self._sizes: list[float] = []
 
     @classmethod
     def make(cls, base: BendingProblem, parameter: Parameter) -> _Twin | None:
@@ -180,40 +176,36 @@ class _Twin:
         same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
         return cls(base, twin, parameter.typical, amount) if same else None
 
-    def follow(
-        self,
-        length: float,
-        force_N: float,
-        residual: PETSc.Vec,
-        solve: Callable[[PETSc.Vec, PETSc.Vec], None],
-    ) -> float | None:
-        """Go on with the base, which has converged; return the force's derivative, N per unit.
-
-        Parameters
-        ----------
-        length
-            Of the step, mm.
-        force_N, residual
-            Of the base.
-        solve
-            With the factors of its tangent.
-        """
-        if length == 0.0:
-            return 0.0
+    def go_on(self, length: float, residual: PETSc.Vec) -> None:
+        """Make a step with the base, which has converged and has that residual."""
         if self._started:
             self._twin.accept()
         self._twin.place(length, length / self._twin.test.protocol.speed_mm_per_s)
         self._started = True
-        sizes = [self._difference(residual)]
-        for _ in range(MAX_CORRECTIONS):
-            solve(self._residual, self._correction)
-            self._rate.axpy(-1.0, self._correction)
-            sizes.append(self._difference(residual))
-            rounding = sizes[-1] > 0.5 * sizes[-2]
-            if sizes[-1] <= ACCURACY * sizes[0] or rounding:
-                break
-        if sizes[-1] > ACCURACY * max(sizes[0], abs(force_N) / self._typical):
-            return None
+        self._sizes = [self._difference(residual)]
+
+    @property
+    def error(self) -> Array:
+        """Residual of the differentiated equations, as much of it as this rank has, shape (n,)."""
+        return np.asarray(self._residual.array_r)
+
+    @property
+    def settled(self) -> bool:
+        """Whether no correction is needed, or would help."""
+        *_, before, now = self._sizes
+        return now <= ACCURACY * self._sizes[0] or now > 0.5 * before
+
+    def correct(self, correction: Array, residual: PETSc.Vec) -> None:
+        """Take an error off the displacement's derivative."""
+        self._rate.array -= correction
+        self._sizes.append(self._difference(residual))
+
+    def is_smooth(self, force_N: float) -> bool:
+        """Return whether the derivative is accurate, where the base has that force."""
+        return self._sizes[-1] <= ACCURACY * max(self._sizes[0], abs(force_N) / self._typical)
+
+    def slope(self, force_N: float) -> float:
+        """Return the derivative of the base's force, N per unit."""
         return (self._twin.forces(self._twin.contact.sums())[0] - force_N) / self._amount
 
     def _difference(self, residual: PETSc.Vec) -> float:
@@ -225,6 +217,40 @@ class _Twin:
         self._residual.axpy(-1.0, residual)
         self._residual.scale(1.0 / self._amount)
         return float(self._residual.norm())
+
+
+def _follow(
+    twins: Mapping[str, _Twin], length: float, force_N: float, residual: PETSc.Vec, tangent: Tangent
+) -> dict[str, float]:
+    """Take twins along with the base, which has converged.
+
+    Parameters
+    ----------
+    twins
+        By name.
+    length
+        Of the step, mm.
+    force_N, residual, tangent
+        Of the base; the last one factorised.
+
+    Returns
+    -------
+    dict
+        Derivatives of the force, N per unit, where it is smooth.
+    """
+    if length == 0.0:
+        return dict.fromkeys(twins, 0.0)
+    for twin in twins.values():
+        twin.go_on(length, residual)
+    left = list(twins.values())
+    for _ in range(MAX_CORRECTIONS):
+        if not left:
+            break
+        corrections = tangent.apply_factors(np.array([twin.error for twin in left]))
+        for twin, correction in zip(left, corrections, strict=True):
+            twin.correct(correction, residual)
+        left = [twin for twin in left if not twin.settled]
+    return {name: twin.slope(force_N) for name, twin in twins.items() if twin.is_smooth(force_N)}
 
 
 def _same_mesh(one: BendingTest, other: BendingTest) -> bool:

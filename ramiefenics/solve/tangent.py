@@ -18,9 +18,9 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from ramiefenics.model.equations import Equations
+from ramiefenics.model.equations import Array, Equations
 from ramiefenics.model.matrix import Matrix
-from ramiefenics.solve.factors import single_factors
+from ramiefenics.solve.factors import SingleFactors, single_factors
 
 log = logging.getLogger(__name__)
 
@@ -85,6 +85,7 @@ class Tangent:
         self._max_iterations = MAX_ITERATIONS[linear_solver]
         self._iterative = linear_solver == "iterative"
         self._solver = _krylov(self._matrix.comm, self._iterative, self._max_iterations)
+        self._single: SingleFactors | None = None
         if self._iterative:
             self._matrix.setNearNullSpace(_rigid_motions(u))
             self._solver.setOperators(self._matrix)
@@ -94,7 +95,7 @@ class Tangent:
             sizes = self._matrix.getSizes()
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
             self._solver.setOperators(product, self._matrix)
-            _factorise(self._solver, equations.matrix)
+            self._single = _factorise(self._solver, equations.matrix)
         self.factorised, self.factorised_at = False, np.zeros(0)
         self.iterations = 0
 
@@ -115,12 +116,26 @@ class Tangent:
         self.assemble(None)
         self._solver.getPC().setReusePreconditioner(False)
         self._solver.setUp()
+        self._solver.getPC().setUp()  # which the solver leaves for later where it has been set up
         if not self._iterative:
             self.factorised, self.factorised_at = True, self._u.x.array.copy()
 
-    def apply_factors(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve with the tangent that was factorised last, to the accuracy of its factors."""
-        self._solver.getPC().apply(b, x)
+    def apply_factors(self, right: Array) -> Array:
+        """Solve with the tangent that was factorised last, to the accuracy of its factors.
+
+        Parameters
+        ----------
+        right
+            Right-hand sides, as much of them as this rank has, shape (k, n).
+        """
+        if self._single is not None:
+            return self._single.solve(right)
+        solutions = np.empty_like(right)
+        for given, solution in zip(right, solutions, strict=True):
+            self._here.array = given
+            self._solver.getPC().apply(self._here, self._there)
+            solution[:] = self._there.array_r
+        return solutions
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> None:
         """Solve ``tangent x = b``, b the residual at the current state.
@@ -204,10 +219,11 @@ def _krylov(comm: MPI.Comm, spare_memory: bool, restart: int) -> PETSc.KSP:
     return solver
 
 
-def _factorise(solver: PETSc.KSP, matrix: Matrix) -> None:
+def _factorise(solver: PETSc.KSP, matrix: Matrix) -> SingleFactors | None:
     """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
 
-    A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself.
+    A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself. Returns
+    the factors, where they are in single precision.
     """
     pc = solver.getPC()
     own = PETSc.Options(PREFIX).getAll()  # whoever sets options of PETSc's factors gets them
@@ -217,12 +233,13 @@ def _factorise(solver: PETSc.KSP, matrix: Matrix) -> None:
         pc.setType("python")
         pc.setPythonContext(single)
         solver.setFromOptions()
-        return
+        return single
     pc.setType("lu")
     pc.setFactorSolverType("mumps")
     solver.setFromOptions()
     pc.setFactorSetUpSolverType()
     pc.getFactorMatrix().setMumpsIcntl(7, 5)  # before PETSc reads the user's options of MUMPS
+    return None
 
 
 def _rigid_motions(u: fem.Function) -> PETSc.NullSpace:
