@@ -133,18 +133,18 @@ def test_the_unknown_says_what_came_nearest():
 
 
 @pytest.mark.parametrize(
-    ("p", "misfit", "conflict", "groups", "alone", "expected"),
+    ("shown", "misfit", "conflict", "groups", "alone", "expected"),
     [
-        (0.5, 0.5, 0.5, [], False, "none"),
-        (0.5, 0.5, 1e-4, [], False, "conflict"),
-        (1e-4, 0.5, 0.5, [("taper",)], False, "cause"),
-        (1e-4, 0.5, 1e-4, [("taper",), ("pith_core",)], False, "cause"),
-        (1e-4, 0.5, 0.5, [("taper",), ("pith_core", "node")], False, "ambiguous"),
-        (1e-4, 1e-4, 0.5, [("taper",)], False, "unknown"),
-        (1e-4, 0.5, 0.5, [], False, "unknown"),  # significant, but nobody in particular
-        (1e-4, 0.5, 0.5, [], True, "none"),  # one specimen alone speaks for it
-        (0.5, 1e-4, 1e-4, [], False, "unknown"),
+        (False, 0.5, 0.5, [], False, "none"),
+        (False, 0.5, 1e-4, [], False, "conflict"),
+        (True, 0.5, 0.5, [("taper",)], False, "cause"),
+        (True, 0.5, 1e-4, [("taper",), ("pith_core",)], False, "cause"),
+        (True, 0.5, 0.5, [("taper",), ("pith_core", "node")], False, "ambiguous"),
+        (True, 1e-4, 0.5, [("taper",)], False, "unknown"),
+        (True, 0.5, 0.5, [], False, "unknown"),  # significant, but nobody in particular
+        (True, 0.5, 0.5, [], True, "none"),  # one specimen alone speaks for it
+        (False, 1e-4, 1e-4, [], False, "unknown"),
     ],
 )
-def test_verdicts(p, misfit, conflict, groups, alone, expected):
-    assert decide(p, misfit, conflict, groups, alone) == expected
+def test_verdicts(shown, misfit, conflict, groups, alone, expected):
+    assert decide(shown, misfit, conflict, groups, alone) == expected

@@ -132,7 +132,7 @@ def test_all_that_is_there_is_found_and_nothing_else(hidden):
     causes = find_causes(found)
     assert causes.groups() == [(name,) for name in causes.best]
     assert set(causes.best) == set(hidden)
-    assert causes.some == pytest.approx(1.0 if hidden else 0.0, abs=0.3)
+    assert causes.none == pytest.approx(0.0 if hidden else 1.0, abs=0.3)
     assert causes.probability.sum() == pytest.approx(1.0)
 
 

@@ -76,9 +76,9 @@ class Causes:
         return tuple(self.names[index] for index in self.sets[int(self.probability.argmax())])
 
     @property
-    def some(self) -> float:
-        """Probability that there is any effect."""
-        return float(1.0 - self.probability[0])
+    def none(self) -> float:
+        """Probability that there is no effect."""
+        return float(self.probability[0])
 
     def inclusion(self) -> dict[str, float]:
         """Return the probability of each effect."""
@@ -133,7 +133,7 @@ class Causes:
                 break
             groups.append(tuple(group))
             left = [name for name in left if name not in group]
-        if not groups and left and self.some > SURE:
+        if not groups and left and self.none < 1.0 - SURE:
             groups.append(tuple(sorted(left, key=lambda name: -inclusion[name])))
         return groups
 
@@ -141,9 +141,10 @@ class Causes:
 def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()) -> Causes:
     """Compare all sets of effects.
 
-    Standard deviations are searched for without effects, and for the best set until that stays the
-    same; every set has those at which it is most probable. Amplitudes differ between specimens
-    only in sets that have the effect.
+    Standard deviations are searched for without effects, with each one of them, as what makes
+    specimens differ is taken for scatter otherwise, and for the best set until that stays the same;
+    every set has those at which it is most probable. Amplitudes differ between specimens only in
+    sets that have the effect.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()
     out = {tuple(sorted(map(evidence.names.index, names))) for names in impossible}
     sets = tuple(chosen for chosen in all_sets(len(evidence.names)) if chosen not in out)
     nothing = fit_scatter(evidence)
-    tried = [nothing]
+    tried = [nothing, *(fit_scatter(evidence, [name], nothing) for name in evidence.names)]
     values = np.array([_log_evidence(evidence, scatter, sets) for scatter in tried])
     best: tuple[str, ...] = ()
     for _ in range(ROUNDS):

@@ -39,7 +39,7 @@ def findings(found: Discovery) -> list[str]:
 
 
 def _verdict(found: Discovery) -> str:
-    p = f"p = {found.p_value:.2g}"
+    p = _chance(found)
     if found.verdict == "none":
         names = ", ".join(found.factor_moves)
         return (
@@ -70,6 +70,15 @@ def _verdict(found: Discovery) -> str:
         f"{named} Curves under a condition left out are predicted from those of the same specimens "
         f"under the others with an error of {_errors(found.condition_gain)}."
     )
+
+
+def _chance(found: Discovery) -> str:
+    """Return how probable it is that there is nothing."""
+    p = f"p = {found.p_value:.2g}"
+    if found.extended is None or found.p_value < SIGNIFICANCE:
+        return p
+    none = found.posterior.none
+    return f"{p} by derivatives, but probability of no effect {none:.1g} where all are fitted"
 
 
 def _anatomy(found: Discovery) -> str:

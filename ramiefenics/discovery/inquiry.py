@@ -115,13 +115,15 @@ class _Inquiry:
         nothing = Fit(evidence, (), causes.nothing)
         p_value = chance_of_effect(evidence, causes.nothing, self._rng)
         before = chance_of_misfit(nothing, self._rng)
-        extended = None
-        if p_value < SIGNIFICANCE and causes.best:
-            self._stage(f"fitting {' and '.join(causes.best)}", 3 * number)
-            search = Search(self._fitter, curves, seen)
-            extended, causes = search.best(evidence, causes)
-            for names, reason in search.refused.items():
-                self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
+        self._stage("fitting the most probable sets of suspects", 3 * number)
+        search = Search(self._fitter, curves, seen)
+        best, causes = search.best(evidence, causes)
+        shown = p_value < SIGNIFICANCE or causes.none < SIGNIFICANCE
+        extended = best if shown and best.fit.chosen else None
+        for names, reason in search.refused.items():
+            self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
+        if extended is not None:
+            baseline = search.nothing
             if self._runs.error > 0.0:
                 self._stage("confirming", 2 * number)
                 baseline = self._fitter.confirmed(baseline, {}, self._runs.runs)
@@ -228,7 +230,8 @@ class _Inquiry:
             )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
         alone = extended is not None and len(groups) < len(causes.groups())
-        verdict = decide(p_value, left, conflict, groups, alone)
+        shown = p_value < SIGNIFICANCE or extended is not None
+        verdict = decide(shown, left, conflict, groups, alone)
         return Discovery(
             dataset=self._dataset,
             observed=self._observed,

@@ -303,7 +303,7 @@ class Discovery(Result):
             if self.condition_gain is None
             else self.condition_gain.numbers(),
             "anatomy": None if self.anatomy is None else self.anatomy.numbers(),
-            "probability_of_any": self.posterior.some,
+            "probability_of_any": 1.0 - self.posterior.none,
             "probabilities": self.posterior.inclusion(),
             "limits": {name: dataclasses.asdict(limit) for name, limit in self.limits.items()},
             "next_experiment": self.next_experiment,

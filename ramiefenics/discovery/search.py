@@ -111,6 +111,8 @@ class Search:
         self._propose(self._best)
         if certain := causes.certain():
             self._promised[certain] = math.inf  # whatever its size
+        if self._promised:
+            self._settle(())  # as near to where it fits as they will be
         for _ in range(MOST_SETS):
             names = self._most_promising()
             if names is None:
@@ -124,6 +126,11 @@ class Search:
         for names, one in self._reached.items():
             self._reached[names] = self._judged(names, one.fitted.curves, one.fitted.fit.evidence)
         return self._best.fitted, self._with_own(self._compared(self._best))
+
+    @property
+    def nothing(self) -> Fitted:
+        """The baseline, near where it fits."""
+        return self._reached[()].fitted
 
     @property
     def _best(self) -> Reached:

@@ -13,7 +13,8 @@ INDIFFERENT = "makes no difference to these curves"
 
 SIGNIFICANCE = 0.001
 """Probability, without any effect, of what is found: one in a thousand data sets without any is
-accused."""
+accused. Also that of no effect given the data, each set of effects and none where it fits, of which
+the same holds (Ville 1939)."""
 
 ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
@@ -29,7 +30,7 @@ VERDICTS = {
 
 
 def decide(
-    p_value: float,
+    shown: bool,
     misfit: float,
     conflict: float,
     groups: Sequence[tuple[str, ...]],
@@ -39,8 +40,8 @@ def decide(
 
     Parameters
     ----------
-    p_value
-        Probability of the best suspect's gain without any effect.
+    shown
+        Whether some effect is told from none.
     misfit
         Probability of what the best model leaves.
     conflict
@@ -52,9 +53,9 @@ def decide(
     """
     if misfit < SIGNIFICANCE:
         return "unknown"
-    if p_value < SIGNIFICANCE and groups:
+    if shown and groups:
         return "cause" if all(len(group) == 1 for group in groups) else "ambiguous"
-    if p_value < SIGNIFICANCE and not alone:
+    if shown and not alone:
         return "unknown"  # too many suspects would each explain a part
     return "conflict" if conflict < SIGNIFICANCE else "none"
 
