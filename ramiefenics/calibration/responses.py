@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.measured.work import work
-from ramiefenics.solve.result import BendingResult, secant_slope
+from ramiefenics.solve.peak import secant_slope
+from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import SpecificationError
 
 Curve = pd.DataFrame

@@ -126,8 +126,30 @@ class BendingProblem:
         self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
         self.solid.displacement.x.array[:] += self._rest
 
+    def take_over(self, before: BendingProblem) -> None:
+        """Begin where another test has left the same stalk, which may have been turned since.
+
+        Parameters
+        ----------
+        before
+            The other test's problem, at its end: without load, on a mesh of the same cells.
+        """
+        angle = np.radians(self.test.stalk.rotation_deg - before.test.stalk.rotation_deg)
+        turn = np.eye(3)
+        turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        self.solid.take_over(before.solid, turn)
+        if self.film is not None and before.film is not None:
+            self.film.take_over(before.film)
+        self._touch()
+
     def settle(self) -> None:
         """Let the current displacement be that at rest, where every cylinder just touches."""
+        self._touch()
+        self.solid.duration.value = LONG_S
+        self.solid.remember()
+
+    def _touch(self) -> None:
+        """Begin at the current displacement, with every cylinder where it just touches."""
         mesh, moved = self.tube.mesh, fem.functionspace(self.tube.mesh, ("Lagrange", 1, (3,)))
         displacement = fem.Function(moved)
         displacement.interpolate(self.solid.displacement)
@@ -140,8 +162,6 @@ class BendingProblem:
             before, after = (mesh.comm.allreduce(value, op=MPI.MAX) for value in depths)
             rises.append(obstacle.cylinder.up * (after - before))
         self.contact.settle(rises)
-        self.solid.duration.value = LONG_S
-        self.solid.remember()
         self._rest[:] = self.solid.displacement.x.array
 
     def place(self, travel: float, duration_s: float) -> None:

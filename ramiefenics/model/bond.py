@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
@@ -131,6 +132,10 @@ class BondFilm:
     @cached_property
     def _now(self) -> fem.Expression:
         return self._memory.compile({"largest_mm": self._largest})
+
+    def take_over(self, before: BondFilm) -> None:
+        """Remember what the same film did before the stalk was turned about Z."""
+        self._memory.take_over(before._memory, np.eye(3))
 
     def remember(self) -> None:
         """Let the film remember the current jumps, where they are the largest so far."""

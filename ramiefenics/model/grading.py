@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, Cylinder
 
 DIAMETERS, RADII = 9.0, 21.0
 """The lengths that a recipe's are relative to, besides the span: in diameters of the stalk and,
@@ -16,40 +17,53 @@ published span, 100 mm for a stalk of 14.23 mm under cylinders of 5 mm, is short
 not by much."""
 
 
-def axial_positions(test: BendingTest) -> NDArray[np.float64]:
+def axial_positions(test: BendingTest, others: Sequence[Cylinder] = ()) -> NDArray[np.float64]:
     """Return the Z of every cross-section of nodes, mm, ascending, shape (n,).
 
     Fine under the cylinders, coarser in between, by the recipe; from 0 to the end of the
     specimen on the quarter model, else on both sides of 0. There is one at every axis, and at
     either face of a node.
+
+    Parameters
+    ----------
+    test
+        The test.
+    others
+        Cylinders of other tests of the same stalk.
     """
-    ahead = _one_side(test, 1.0)
+    cylinders = [*test.fixture.cylinders, *others]
+    ahead = _one_side(test, cylinders, 1.0)
     if test.numerics.domain == "quarter":
         return ahead
-    return np.concatenate([-_one_side(test, -1.0)[:0:-1], ahead])
+    return np.concatenate([-_one_side(test, cylinders, -1.0)[:0:-1], ahead])
 
 
-def _one_side(test: BendingTest, sign: float) -> NDArray[np.float64]:
+def _one_side(test: BendingTest, cylinders: Sequence[Cylinder], sign: float) -> NDArray[np.float64]:
     """Return the distances from Z = 0 of the sections at Z of a sign, ascending."""
-    edges = [*(cylinder.z_mm for cylinder in test.fixture.cylinders), *(test.stalk.node_mm or ())]
+    edges = [*(cylinder.z_mm for cylinder in cylinders), *(test.stalk.node_mm or ())]
     ahead = [sign * at for at in edges if sign * at > 0.0]
     cuts = sorted({0.0, *ahead, test.stalk.length_mm / 2.0})
-    pieces = [_graded(start, stop, test, sign) for start, stop in itertools.pairwise(cuts)]
+    ends = itertools.pairwise(cuts)
+    pieces = [_graded(start, stop, test, cylinders, sign) for start, stop in ends]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
 
 
-def _graded(start: float, stop: float, test: BendingTest, sign: float) -> NDArray[np.float64]:
+def _graded(
+    start: float, stop: float, test: BendingTest, cylinders: Sequence[Cylinder], sign: float
+) -> NDArray[np.float64]:
     """Divide an interval so that element lengths follow the recipe's size function."""
     z = np.linspace(start, stop, 2001)
-    density = 1.0 / _element_length(sign * z, test)
+    density = 1.0 / _element_length(sign * z, test, cylinders)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))])
     elements = max(1, int(np.ceil(count[-1] - 1e-9)))
     return np.interp(np.linspace(0.0, count[-1], elements + 1), count, z)
 
 
-def _element_length(z: NDArray[np.floating], test: BendingTest) -> NDArray[np.float64]:
+def _element_length(
+    z: NDArray[np.floating], test: BendingTest, cylinders: Sequence[Cylinder]
+) -> NDArray[np.float64]:
     """Return the wanted length of the elements at Z, mm; nothing varies along a plate."""
-    recipe, stalk, cylinders = test.numerics.mesh, test.stalk, test.fixture.cylinders
+    recipe, stalk = test.numerics.mesh, test.stalk
     axes = [cylinder.z_mm for cylinder in cylinders]
     span = max(axes) - min(axes) or stalk.length_mm
     shortest = min(span, DIAMETERS * min(stalk.outer_diameter_mm, stalk.height_mm))

@@ -127,6 +127,28 @@ class MaterialMemory:
         """Let every point remember new values, as `numbers` has them."""
         self.numbers[:] = now
 
+    def take_over(self, before: MaterialMemory, turn: NDArray[np.float64]) -> None:
+        """Remember what another one does of the same points, turned.
+
+        Parameters
+        ----------
+        before
+            The other one.
+        turn
+            Rotation about Z of what is undeformed, shape (3, 3). Each index of a variable of shape
+            (2,), (3,), (2, 2) or (3, 3) is that of an axis of the undeformed stalk.
+        """
+        first = 0
+        for last in self.last.values():
+            shape = last.ufl_shape
+            part = slice(first, first + math.prod(shape))
+            values = before.numbers[:, part].reshape(-1, *shape)
+            for axis, size in enumerate(shape, start=1):
+                turned = np.tensordot(values, turn[:size, :size], axes=(axis, 1))
+                values = np.moveaxis(turned, -1, axis)
+            self.numbers[:, part] = values.reshape(len(values), -1)
+            first = part.stop
+
     def interpolate(
         self, now: NDArray[np.float64], points: NDArray[np.float64], cells: NDArray[np.int32]
     ) -> dict[str, NDArray[np.float64]]:

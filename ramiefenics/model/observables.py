@@ -22,6 +22,9 @@ UNFELT_MM, SWALLOWED = 0.1, 0.5
 """A cylinder that is so deep inside the stalk without force, or by that share of its radius with
 any, has been missed by the mesh."""
 
+NOTHING_N = 1e-3
+"""Force that is none: Newton's method stops far below, but not at zero."""
+
 
 @dataclass(frozen=True)
 class Observables:
@@ -80,7 +83,7 @@ class Observables:
         """Return why the model says nothing about what follows, if so."""
         if self.void_height_mm <= 0.0:
             return "the void has closed under an indenter, and the model has no contact inside it"
-        if self.overhang_mm <= 0.0 or (self.force_N > 0.0 and math.isnan(self.overhang_mm)):
+        if self.overhang_mm <= 0.0 or (self.force_N > NOTHING_N and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
         return None
 

@@ -229,6 +229,21 @@ class Solid:
             self._memory.remember(self._updated(self._memory))
         self.duration.value = 0.0
 
+    def take_over(self, before: Solid, turn: NDArray[np.float64]) -> None:
+        """Take over displacement and memory from the same solid before it was turned.
+
+        Parameters
+        ----------
+        before
+            The same cells.
+        turn
+            By a rotation about Z, shape (3, 3).
+        """
+        moved = before.displacement.x.array.reshape(-1, 3) @ turn.T
+        self.displacement.x.array[:] = moved.ravel()
+        if self._memory is not None and before._memory is not None:
+            self._memory.take_over(before._memory, turn)
+
     def internal_variables(
         self, points: NDArray[np.float64], cells: NDArray[np.int32]
     ) -> dict[str, NDArray[np.float64]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +18,14 @@ from ramiefenics.model.compat import mesh_from_gmsh
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.section import FILM, add_section
 from ramiefenics.model.shape import stalk_point
-from ramiefenics.specification import BendingTest, Layer, MeshRecipe, SpecificationError, Stalk
+from ramiefenics.specification import (
+    BendingTest,
+    Cylinder,
+    Layer,
+    MeshRecipe,
+    SpecificationError,
+    Stalk,
+)
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
 """Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
@@ -54,8 +61,15 @@ class TubeMesh:
     facets: dmesh.MeshTags
 
 
-def build_tube(test: BendingTest, comm: MPI.Comm) -> TubeMesh:
+def build_tube(test: BendingTest, comm: MPI.Comm, others: Sequence[Cylinder] = ()) -> TubeMesh:
     """Mesh a test's stalk and distribute it over `comm`; collective, no file is written.
+
+    Parameters
+    ----------
+    test, comm
+        As given.
+    others
+        Cylinders of other tests of the same stalk, for which the mesh is to serve, too.
 
     Raises
     ------
@@ -66,7 +80,7 @@ def build_tube(test: BendingTest, comm: MPI.Comm) -> TubeMesh:
         refused = None
         if comm.rank == 0:
             try:
-                _add_tube(test)
+                _add_tube(test, others)
             except SpecificationError as error:
                 refused = error
         refused = comm.bcast(refused)
@@ -122,8 +136,8 @@ def _gmsh_session() -> Iterator[None]:
             gmsh.finalize()
 
 
-def _add_tube(test: BendingTest) -> None:
-    z = axial_positions(test)
+def _add_tube(test: BendingTest, others: Sequence[Cylinder] = ()) -> None:
+    z = axial_positions(test, others)
     stalk, numerics = test.stalk, test.numerics
     full = numerics.domain == "full"
     _check_number(numerics.mesh, len(z) - 1, full)

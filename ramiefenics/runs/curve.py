@@ -131,6 +131,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
     Where all stresses scale with the moduli (`Law.homogeneous`), so do forces: one simulation
     serves all stalks that differ by a factor on all moduli.
     """
+    test = test.alone
     stalk, factor = test.stalk, 1.0
     if law_named(test.law).homogeneous:
         factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA

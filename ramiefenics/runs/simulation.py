@@ -58,7 +58,7 @@ class Simulation:
         """Return the name under which it is kept, whatever its files are called."""
         mesh = dataclasses.replace(self.test.numerics.mesh, name="")
         numerics = dataclasses.replace(self.test.numerics, mesh=mesh)
-        content = to_dict(dataclasses.replace(self.test, numerics=numerics))
+        content = to_dict(dataclasses.replace(self.test.alone, numerics=numerics))
         content["law"] = law_content(self.test.law)
         return (key_of([content, self.ranks], __file__),)
 
@@ -71,7 +71,7 @@ class Simulation:
         """Return what a text tells."""
         content = json.loads(text)
         result = BendingResult(
-            self.test,
+            self.test.alone,
             pd.DataFrame(content["curve"]),
             (),
             Statistics(**content["statistics"]),
@@ -133,7 +133,7 @@ def _compute(
 ) -> str:
     """Simulate; return the text to keep, the same on all ranks."""
     start = time.process_time()
-    result = simulate(test, comm, on_step)
+    result = simulate(test.alone, comm, on_step)
     if result.ending.kind == "interrupted":
         raise KeyboardInterrupt
     content = {

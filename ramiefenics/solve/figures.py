@@ -11,7 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STYLE,
+    VERMILION,
+)
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.section import Array, Patch, section
 
@@ -67,6 +76,21 @@ def curve_figure(
         axes.set_ylabel("Force (N)")
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
+    return figure
+
+
+def curves_figure(result: BendingResult) -> Figure:
+    """Draw force against travel in all tests of a stalk."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(5.5, 4.0), layout="constrained")
+        axes = figure.subplots()
+        axes.set_prop_cycle(color=[BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY])
+        for number, one in {1: result, **result.later}.items():
+            curve = one.curve
+            axes.plot(curve["displacement_mm"], curve["force_N"], lw=1.5, label=f"test {number}")
+        axes.set(xlabel="Indenter displacement (mm)", ylabel="Force (N)", xlim=(0, None))
+        axes.set_ylim(bottom=0.0)
+        axes.legend(frameon=False)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""The maximum of a simulated force curve, between its steps, and the plateau around it."""
+"""What is read off a force curve: its maximum, between the steps, its plateau, and its slope."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 PLATEAU = 0.99
@@ -92,3 +93,26 @@ def _straight_error(
     on_it[min(max(top, 1), len(f) - 2) - 1] = True
     rise = slopes[top - 1] * steps[top] if 0 < top < len(steps) and jumped[top + 1] else 0.0
     return float(max(errors[on_it].max(), rise))
+
+
+def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:
+    """Return the secant stiffness between 10 and 40 % of the largest force, N/mm.
+
+    NaN where the curve does not begin below 10 %.
+    """
+    peak = int(force_N.to_numpy().argmax())
+    force, travel = force_N.iloc[: peak + 1].tolist(), displacement_mm.iloc[: peak + 1].tolist()
+    low, high = 0.1 * force[-1], 0.4 * force[-1]
+    ends = [_travel_at(force, travel, level) for level in (low, high)]
+    return (high - low) / (ends[1] - ends[0]) if ends[1] > ends[0] else float("nan")
+
+
+def _travel_at(force: list[float], travel: list[float], level: float) -> float:
+    """Travel at which the force first reaches a level, linearly interpolated; NaN if before."""
+    if force[0] >= level:
+        return float("nan")
+    for i in range(1, len(force)):
+        if force[i] >= level:
+            share = (level - force[i - 1]) / (force[i] - force[i - 1])
+            return travel[i - 1] + share * (travel[i] - travel[i - 1])
+    return float("nan")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from ramiefenics.results.result import Result
 from ramiefenics.results.stored import read_stored, summary_of
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.solve.result import BendingResult, Statistics
-from ramiefenics.specification import SpecificationError, read_test
+from ramiefenics.specification import BendingTest, SpecificationError, read_test
 
 
 def read_folder(folder: str | Path) -> Result:
@@ -60,14 +61,23 @@ def read_bend(folder: str | Path) -> BendingResult:
     test = read_test(folder / "specification.toml")
     try:
         told: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        curve = pd.read_csv(folder / "curve.csv")
-        statistics = Statistics(**{name: told[name] for name in Statistics.__dataclass_fields__})
-        ending = Ending(**told["ending"])
-        jumps = tuple(Jump(**jump) for jump in told["jumps"])
-        return BendingResult(test, curve, (), statistics, ending, jumps)
+        tests, all_told = test.tests, [told, *told["further"]]
+        names = ["curve", *(f"curve_{number}" for number in range(2, len(all_told) + 1))]
+        first, *further = (
+            _result(one, pd.read_csv(folder / f"{name}.csv"), own)
+            for one, name, own in zip(tests, names, all_told, strict=False)
+        )
+        return dataclasses.replace(first, test=test, further=tuple(further))
     except (OSError, ValueError, KeyError, TypeError) as error:
         allowed = f"must hold what ramiefenics bend wrote ({type(error).__name__}: {error})"
         raise SpecificationError("folder", str(folder), allowed) from error
+
+
+def _result(test: BendingTest, curve: pd.DataFrame, told: dict[str, Any]) -> BendingResult:
+    """Return what was told of one test."""
+    statistics = Statistics(**{name: told[name] for name in Statistics.__dataclass_fields__})
+    jumps = tuple(Jump(**jump) for jump in told["jumps"])
+    return BendingResult(test, curve, (), statistics, Ending(**told["ending"]), jumps)
 
 
 FILES = ("specification.toml", "curve.csv", "summary.json")

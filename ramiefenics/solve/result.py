@@ -16,7 +16,7 @@ import pandas as pd
 from ramiefenics.model.laws import law_named
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.result import Picture, Result, Table
-from ramiefenics.solve.peak import Peak, find_peak
+from ramiefenics.solve.peak import Peak, find_peak, secant_slope
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict
@@ -88,6 +88,9 @@ class BendingResult(Result):
         Whether the whole path was followed, else why not.
     jumps
         Dynamic transitions on the way.
+    further
+        Tests of the same stalk afterwards, each a result like this one; fewer than `test` has where
+        one before was not completed.
     """
 
     title: ClassVar[str] = "Bending test"
@@ -98,11 +101,18 @@ class BendingResult(Result):
     statistics: Statistics
     ending: Ending
     jumps: tuple[Jump, ...] = ()
+    further: tuple[BendingResult, ...] = ()
 
     @property
     def completed(self) -> bool:
-        """Whether the whole path was followed."""
-        return self.ending.kind == "completed"
+        """Whether the whole path was followed, and that of all further tests."""
+        done = len(self.further) == len(self.test.further)
+        return self.ending.kind == "completed" and done and all(r.completed for r in self.further)
+
+    @property
+    def later(self) -> dict[int, BendingResult]:
+        """The further tests by their numbers: the second test of the stalk is 2."""
+        return dict(enumerate(self.further, start=2))
 
     @property
     def loading(self) -> pd.DataFrame:
@@ -185,6 +195,7 @@ class BendingResult(Result):
             ),
             f"{cost.dofs} unknowns, {cost.steps} steps, {cost.newton_iterations} iterations, "
             f"{cost.cut_backs} cut-backs, {cost.wall_s:.1f} s{kept}.",
+            *(f"Test {number}: {one.findings()[0]}" for number, one in self.later.items()),
         ]
 
     def notes(self) -> list[str]:
@@ -198,8 +209,10 @@ class BendingResult(Result):
             f"{jump.energy_released_Nmm:.3g} N mm"
             for jump in self.jumps
         ]
-        ended = [] if self.completed else [f"not completed: {self.ending.reason}"]
-        return [*lost, *self._unsearched(), *jumps, *self._unbalanced(), *ended]
+        complete = self.ending.kind == "completed"
+        ended = [] if complete else [f"not completed: {self.ending.reason}"]
+        later = [f"test {k}: {note}" for k, one in self.later.items() for note in one.notes()]
+        return [*lost, *self._unsearched(), *jumps, *self._unbalanced(), *ended, *later]
 
     def _unbalanced(self) -> list[str]:
         """Return by how much the energies miss the indenter's work, if by much."""
@@ -219,7 +232,8 @@ class BendingResult(Result):
             return None
         kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
         released = sum(jump.energy_released_Nmm for jump in self.jumps)
-        spent = float(self.curve[kinds].iloc[-1].sum()) + released
+        energies = self.curve[kinds].sum(axis=1)  # of an earlier test there may be some at first
+        spent = float(energies.iloc[-1] - energies.iloc[0]) + released
         return (float(work.iloc[-1]) - spent) / float(work.max())
 
     def _unsearched(self) -> list[str]:
@@ -256,15 +270,20 @@ class BendingResult(Result):
             **dataclasses.asdict(self.statistics),
             "mesh": self.test.numerics.mesh.name,
             "specification": to_dict(self.test),
+            "further": [one.numbers() for one in self.further],
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return the curve."""
-        return {"curve": Table(self.curve, "One row per step.")}
+        """Return the curves of all tests."""
+        later = {
+            f"curve_{number}": Table(one.curve, f"One row per step of test {number}.")
+            for number, one in self.later.items()
+        }
+        return {"curve": Table(self.curve, "One row per step."), **later}
 
     def figures(self) -> dict[str, Picture]:
         """Return the curve; where there are snapshots, section and stalk at the last one."""
-        from ramiefenics.solve.figures import curve_figure, section_figure
+        from ramiefenics.solve.figures import curve_figure, curves_figure, section_figure
         from ramiefenics.solve.pictures import deformed_figure
 
         drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
@@ -279,6 +298,10 @@ class BendingResult(Result):
             )
             drawn["deformed"] = Picture(
                 lambda: deformed_figure(self), f"The stalk {load}, between its cylinders."
+            )
+        if self.further:
+            drawn["curves"] = Picture(
+                lambda: curves_figure(self), "Force against travel in all tests of the stalk."
             )
         return drawn
 
@@ -329,6 +352,8 @@ class BendingResult(Result):
             from ramiefenics.solve.fields import write_fields
 
             write_fields(self, folder / "fields")
+        for number, one in self.later.items():
+            one.write_more(folder / f"test_{number}")
 
 
 def _measured(path: Path) -> pd.DataFrame:
@@ -343,26 +368,3 @@ def _measured(path: Path) -> pd.DataFrame:
         allowed = f"must have the columns displacement_mm and force_N; {min(missing)} is missing"
         raise SpecificationError("measured", str(path), allowed)
     return table
-
-
-def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:
-    """Return the secant stiffness between 10 and 40 % of the largest force, N/mm.
-
-    NaN where the curve does not begin below 10 %.
-    """
-    peak = int(force_N.to_numpy().argmax())
-    force, travel = force_N.iloc[: peak + 1].tolist(), displacement_mm.iloc[: peak + 1].tolist()
-    low, high = 0.1 * force[-1], 0.4 * force[-1]
-    ends = [_crossing(force, travel, level) for level in (low, high)]
-    return (high - low) / (ends[1] - ends[0]) if ends[1] > ends[0] else float("nan")
-
-
-def _crossing(force: list[float], travel: list[float], level: float) -> float:
-    """Travel at which the force first reaches a level, linearly interpolated; NaN if before."""
-    if force[0] >= level:
-        return float("nan")
-    for i in range(1, len(force)):
-        if force[i] >= level:
-            share = (level - force[i - 1]) / (force[i] - force[i - 1])
-            return travel[i - 1] + share * (travel[i] - travel[i - 1])
-    return float("nan")

@@ -107,7 +107,7 @@ def sensitivities(
         If the path has more than a loading, or jumps and must not.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
-    test = as_test(test)
+    test = as_test(test).alone
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     settle(problem)

@@ -15,13 +15,13 @@ from petsc4py import PETSc
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
 from ramiefenics.model.snapshot import Camera, Snapshot
-from ramiefenics.model.tube import TubeMesh
+from ramiefenics.model.tube import TubeMesh, build_tube
 from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.rest import settle
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.solve.solutions import Solutions
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.sources import Source, as_test
 
 log = logging.getLogger(__name__)
@@ -49,16 +49,19 @@ def simulate(
     on_step
         Called after every converged step, on all ranks, for instance to show progress.
     tube
-        A mesh of the stalk to use in place of the recipe's, from wherever it comes.
+        A mesh of the stalk to use in place of the recipe's, from wherever it comes; not where there
+        are further tests.
     solutions
-        Of the same test, as far as it got before: it goes on from there, to the bit.
+        Of the same test, as far as it got before: it goes on from there, to the bit. Further tests
+        are done again.
     changes
         Of the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
 
     Returns
     -------
     BendingResult
-        Complete, or up to where it ended before: `BendingResult.ending` tells.
+        Complete, or up to where it ended before: `BendingResult.ending` tells. Of further tests,
+        those before which all were completed.
 
     Raises
     ------
@@ -67,12 +70,35 @@ def simulate(
         name, a file or a change is refused.
     """
     test = as_test(test, **changes)
-    comm = MPI.COMM_WORLD if comm is None else comm
-    start = time.perf_counter()
+    comm, start = MPI.COMM_WORLD if comm is None else comm, time.perf_counter()
     if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
         PETSc.garbage_cleanup()
-    problem = BendingProblem(test, comm, tube)
+    if tube is not None and test.further:
+        raise SpecificationError("tube", None, "must be left out where there are further tests")
+    first, *further = test.tests
+    cylinders = [cylinder for one in test.tests for cylinder in one.fixture.cylinders]
+    tube = build_tube(first, comm, cylinders) if tube is None else tube
+    problem = BendingProblem(first, comm, tube)
     settle(problem)
+    done = [_bend(problem, start, on_step, solutions)]
+    for one in further:
+        if not done[-1].completed:
+            break
+        start = time.perf_counter()
+        before, problem = problem, BendingProblem(one, comm, build_tube(one, comm, cylinders))
+        problem.take_over(before)
+        done.append(_bend(problem, start, on_step, None))
+    return dataclasses.replace(done[0], test=test, further=tuple(done[1:]))
+
+
+def _bend(
+    problem: BendingProblem,
+    start: float,
+    on_step: Callable[[Step[Observables]], None] | None,
+    solutions: Solutions | None,
+) -> BendingResult:
+    """Follow the path of a test from rest; its wall time began at `start`."""
+    test, comm = problem.test, problem.tube.mesh.comm
     observer = Observer(problem)
     camera = Camera(problem, observer)
     numerics = test.numerics

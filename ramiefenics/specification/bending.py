@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ramiefenics.specification.checks import check_instance, check_text
 from ramiefenics.specification.cylinder import Cylinder
@@ -42,6 +43,10 @@ class BendingTest:
         file that defines one, seen from the current folder.
     numerics
         How it is solved.
+    further
+        Tests of the same stalk after this one, which it remembers, one after the other: of each
+        what it changes in this one's ``fixture``, ``protocol``, ``machine`` and
+        ``stalk.rotation_deg``. All but the last go back to zero travel.
     """
 
     stalk: Stalk
@@ -50,6 +55,7 @@ class BendingTest:
     protocol: Protocol = field(default_factory=Protocol)
     law: str = "saturating_fibre"
     numerics: Numerics = field(default_factory=Numerics)
+    further: tuple[dict[str, Any], ...] = field(default=(), hash=False)
 
     def __post_init__(self) -> None:
         """Check what concerns two parts at once: the stalk must lie on its supports."""
@@ -72,6 +78,34 @@ class BendingTest:
         self._check_held()
         self._check_steps()
         self._check_bow()
+        if self.further:
+            for number, test in enumerate(self.tests[:-1]):
+                _check_unloaded(test.protocol, f"further.{number - 1}." if number else "")
+
+    @property
+    def alone(self) -> BendingTest:
+        """The test without further ones."""
+        return replace(self, further=()) if self.further else self
+
+    @property
+    def tests(self) -> tuple[BendingTest, ...]:
+        """All tests of the stalk, each a whole specification.
+
+        Raises
+        ------
+        SpecificationError
+            If one of the further ones cannot be.
+        """
+        from ramiefenics.specification.files import merged  # which makes specifications of tables
+
+        tests = [self.alone]
+        for number, changes in enumerate(self.further):
+            try:
+                _check_changes(changes)
+                tests.append(merged(self.alone, changes))
+            except SpecificationError as error:
+                raise error.inside(f"further.{number}") from error
+        return tuple(tests)
 
     def front_mm(self, cylinder: Cylinder) -> float:
         """Return the Y of a cylinder's surface, where that is nearest, at the first touch.
@@ -154,3 +188,25 @@ class BendingTest:
             sufficient = " or ".join(DOMAINS[DOMAINS.index(least) :])
             allowed = f"must be {sufficient} for a {what}"
             raise SpecificationError("numerics.domain", domain, allowed)
+
+
+CHANGED = ("fixture", "protocol", "machine", "stalk")
+"""What further tests may change; of the stalk, how it lies."""
+
+
+def _check_changes(changes: dict[str, Any]) -> None:
+    """Check that a further test is one of the same stalk."""
+    for name in changes:
+        if name not in CHANGED:
+            raise SpecificationError(name, changes[name], f"must be one of {', '.join(CHANGED)}")
+    stalk = changes.get("stalk", {})
+    if not isinstance(stalk, dict) or set(stalk) - {"rotation_deg"}:
+        raise SpecificationError("stalk", stalk, "must be the same one: only rotation_deg changes")
+
+
+def _check_unloaded(protocol: Protocol, place: str) -> None:
+    """Check that a path, after which another test follows, ends without load."""
+    if protocol.legs[-1].to_mm != 0.0:
+        allowed = "must be 0 at the end of the path, where another test of the stalk follows: "
+        allowed += "protocol.then = [{ to_mm = 0 }]"
+        raise SpecificationError(f"{place}protocol.then", protocol.legs[-1].to_mm, allowed)

@@ -104,7 +104,7 @@ def _options(hint: Any) -> tuple[Any, ...]:
 def _words(hint: Any) -> str:
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
     if typing.get_origin(hint) is tuple:
-        return f"list of {names[typing.get_args(hint)[0]]}s"
+        return f"list of {names.get(typing.get_args(hint)[0], 'table')}s"
     if typing.get_origin(hint) is dict:
         return "table of numbers"
     return next(names[one] for one in _options(hint) if one in names)
@@ -120,4 +120,6 @@ def _toml(value: Any) -> str:
     """Return a value on one line, or more."""
     if isinstance(value, dict):  # whose table would end that of the key
         return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
+    if isinstance(value, tuple) and any(isinstance(one, dict) for one in value):
+        return f"[{', '.join(map(_toml, value))}]"
     return tomli_w.dumps({"x": to_dict(value)}).partition("=")[2].strip()

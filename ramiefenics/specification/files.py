@@ -196,7 +196,7 @@ def _check_kind(hint: Any, name: str, value: Any) -> None:
 
 def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
     if not isinstance(value, (list, tuple)):
-        table = dataclasses.is_dataclass(item)
+        table = dataclasses.is_dataclass(item) or _is_table(item)
         what = f"a list of tables, [[{name}]] in TOML" if table else f'a list, {name} = ["..."]'
         raise SpecificationError(name, value, f"must be {what}")
     converted = []
@@ -274,6 +274,17 @@ def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> B
         touched.add(key.partition(".")[0])
     kept = {name: getattr(test, name) for name in data if name not in touched}
     return test_from_dict(data | kept)
+
+
+def merged(test: BendingTest, changes: Mapping[str, Any]) -> BendingTest:
+    """Return the test with what nested mappings have of it changed."""
+    return test_from_dict(_merged(to_dict(test), changes))
+
+
+def _merged(data: Any, changes: Any) -> Any:
+    if not isinstance(data, Mapping) or not isinstance(changes, Mapping):
+        return changes
+    return {**data, **{name: _merged(data.get(name), own) for name, own in changes.items()}}
 
 
 def _assignment(text: str) -> tuple[str, Any]:
