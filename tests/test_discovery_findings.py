@@ -30,8 +30,11 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "gain": Gain(errors, 0.7 * errors, 2.0 * errors, curves),
         "shape_gain": Gain(errors, 0.7 * errors, 2.0 * errors, shapes),
         "posterior": SimpleNamespace(
-            inclusion=lambda: {"taper": 0.6, "pith_core": 0.39}, names=("taper", "pith_core")
+            inclusion=lambda: {"taper": 0.6, "pith_core": 0.39},
+            names=("taper", "pith_core"),
+            none=0.0001,
         ),
+        "extended": object() if groups else None,
         "reasons": {},
         "limits": {},
         "broken": (),
@@ -118,6 +121,11 @@ def test_a_conflict_blames_nothing_in_particular():
     assert "contradict what was stated" in first
     assert "p = 0.0002" in first
     assert "phloem.axial times 0.779 (-2.5 sd)" in first
+
+
+def test_what_only_fitted_suspects_tell_says_so():
+    first = findings(found("cause", p_value=0.02))[0]
+    assert "p = 0.02 by derivatives, but probability of no effect 0.0001" in first
 
 
 def test_broken_specimens_are_named_in_the_lead():

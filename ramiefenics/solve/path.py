@@ -12,6 +12,10 @@ from ramiefenics.specification.protocol import Leg
 FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
 """First, shortest and longest step of a hold, over its time."""
 
+LONGEST_CUT = 1e-2
+"""Largest share of the whole path that the shortest step may be: those of short tests are cut
+further than to what is set, which is meant for long ones."""
+
 
 @dataclass(frozen=True)
 class PathSegment:
@@ -80,7 +84,8 @@ def segments(protocol: Protocol, settings: Stepping) -> Iterator[PathSegment]:
     """Yield the legs of a path with what the stepper needs to know of each."""
     start_s, legs = 0.0, protocol.legs
     for number, leg in enumerate(legs):
-        shortest, longest = settings.min_step_mm, settings.max_step_mm
+        shortest = min(settings.min_step_mm, LONGEST_CUT * protocol.length_mm)
+        longest = settings.max_step_mm
         first = settings.first_step_mm
         if leg.from_mm == leg.to_mm:
             shares = FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE

@@ -49,8 +49,9 @@ class Stepping:
     ----------
     first_step_mm, max_step_mm, min_step_mm
         First, largest and smallest increment. The first is at most the largest, the smallest at
-        most either: what is set above them becomes equal. Where the smallest finds no equilibrium
-        nearby, the stalk jumps: see ``docs/model.md``.
+        most either: what is set above them becomes equal. It is at most a hundredth of the whole
+        path, too. Where the smallest finds no equilibrium nearby, the stalk jumps: see
+        ``docs/model.md``.
     max_iterations
         Newton iterations before the increment is cut.
     relative_tolerance
