@@ -23,6 +23,7 @@ TINY = [
     "numerics.acoustic_check=false",
     "protocol.travel_mm=0.5",
     "protocol.then=[]",
+    "further=[]",
 ]
 
 
