@@ -33,6 +33,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
             inclusion=lambda: {"taper": 0.6, "pith_core": 0.39},
             names=("taper", "pith_core"),
             none=0.0001,
+            probable=lambda: values.pop("sets", {}),
         ),
         "extended": object() if groups else None,
         "reasons": {},
@@ -84,6 +85,14 @@ def test_a_group_is_told_with_how_probable_its_members_are():
     both = findings(found("ambiguous", groups=(("seating_gap",), ("taper", "pith_core"))))[0]
     assert "The cause is seating gap" in both
     assert "Something also is missing" in both
+
+
+def test_effects_that_come_together_are_told_as_sets():
+    sets = {("seating_gap", "machine_compliance"): 0.86, ("taper",): 0.14}
+    first = findings(found("ambiguous", sets=sets))[0]
+    assert "Together: seating gap and machine compliance (86%); or taper (14%)." in first
+    alone = {("taper",): 0.6, ("pith_core",): 0.4}
+    assert "Together" not in findings(found("ambiguous", sets=alone))[0]
 
 
 def test_nothing_found_is_no_claim_that_nothing_is_missing():

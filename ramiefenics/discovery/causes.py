@@ -116,6 +116,13 @@ class Causes:
     def _scores(self) -> Array:
         return self.log_evidence + log_priors(self.sets, len(self.names))
 
+    def probable(self) -> dict[tuple[str, ...], float]:
+        """Return the sets that are worth a word with their probabilities, the largest first."""
+        order = np.argsort(-self.probability, kind="stable")
+        worth = [int(row) for row in order if self.probability[row] > NEGLIGIBLE]
+        sets = [tuple(self.names[index] for index in self.sets[row]) for row in worth]
+        return dict(zip(sets, map(float, self.probability[worth]), strict=True))
+
     def groups(self) -> list[tuple[str, ...]]:
         """Return groups of effects of each of which one is there as good as certainly.
 

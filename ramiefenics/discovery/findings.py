@@ -125,7 +125,16 @@ def _named(found: Discovery, p: str) -> str:
         told.append(
             f"Something{also} is missing that these data do not tell apart: {probable}{tail}."
         )
-    return " ".join(told)
+    return " ".join([*told, *_sets(found)] if open_groups else told)
+
+
+def _sets(found: Discovery) -> list[str]:
+    """Return which effects come together, where a group does not say it."""
+    sets = found.posterior.probable()
+    if max(map(len, sets), default=0) < 2:
+        return []
+    each = [f"{_listed(names) if names else 'nothing'} ({p:.0%})" for names, p in sets.items()]
+    return [f"Together: {'; or '.join(each[:MOST])}."]
 
 
 def _predictions(gain: Gain, shapes: Gain) -> str:
