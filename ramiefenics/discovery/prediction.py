@@ -15,6 +15,7 @@ from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.observed import Observed, read
 from ramiefenics.discovery.signatures import first_possible, signatures
 from ramiefenics.discovery.standing import Place, Standing, change_of
+from ramiefenics.discovery.with_effects import with_effects
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine
@@ -66,9 +67,11 @@ class Predictor:
     def linearise(
         self, model: Model, suspects: Mapping[str, Effect], smooth: bool = False
     ) -> Linearised:
-        """Simulate every curve with derivatives by the log factors, and by amplitudes.
+        """Find every curve with derivatives by the log factors, and by amplitudes.
 
-        The latter are differences. For an error of the machine, that needs no other simulation.
+        Curves without effects are simulated, with the former. What effects change of them is
+        simulated for stalks that stand for others, and so are derivatives by amplitudes, which are
+        differences; an error of the machine needs no simulation.
 
         Parameters
         ----------
@@ -84,7 +87,9 @@ class Predictor:
             does not reach the end, or jumps and must not.
         """
         tests = self.tests(model)
-        raw = simulated(self.runs, [self.task(test, model.factors, smooth) for test in tests])
+        bare = self.tests(dataclasses.replace(model, effects={}))
+        raw = simulated(self.runs, [self.task(test, model.factors, smooth) for test in bare])
+        raw = with_effects(raw, bare, tests, self.plain)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_factors, by_mesh = self._slopes(model, tests, curves, force)
@@ -104,6 +109,10 @@ class Predictor:
         """Return the specifications of all curves, with factors and effects."""
         each = model.log_factors[self._specimen]
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
+
+    def plain(self, tests: Sequence[BendingTest]) -> list[pd.DataFrame]:
+        """Return simulated curves of some specifications, as far as the data go."""
+        return simulated(self.runs, [self.task(test) for test in tests])
 
     def task(
         self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False

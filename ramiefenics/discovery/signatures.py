@@ -101,6 +101,9 @@ def signatures(
     }
     along = _along(model, tests, {name: suspects[name] for name in moved})
     answers = _answers(predictor, tests, moved, standing, along, smooth)
+    begun = dict(enumerate(raw))  # simulated, where there are no effects
+    if model.effects:
+        begun = _begun(predictor, tests, standing, along)
     curves = predictor.extrapolated(raw, model)
     force = predictor.read(tests, curves)
     found = {}
@@ -114,7 +117,7 @@ def signatures(
                     slope += change.scale * curve["force_N"].to_numpy()
                 found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
             else:
-                shares = {i: change_of(raw[i], answers[name, i].result()) for i in stand.chosen}
+                shares = {i: change_of(begun[i], answers[name, i].result()) for i in stand.chosen}
                 after = [
                     curve.assign(force_N=curve["force_N"] + change)
                     for curve, change in zip(raw, stand.changes(raw, shares), strict=True)
@@ -128,6 +131,17 @@ def signatures(
         except SpecificationError as error:
             refused[name] = str(error)
     return found, refused
+
+
+def _begun(
+    predictor: Predictor,
+    tests: Sequence[BendingTest],
+    standing: Mapping[str, Standing],
+    along: Mapping[str, Sequence[Along]],
+) -> dict[int, pd.DataFrame]:
+    """Return simulations of the model's curves that differences begin at, by number."""
+    needed = sorted({i for name in standing if name not in along for i in standing[name].chosen})
+    return dict(zip(needed, predictor.plain([tests[i] for i in needed]), strict=True))
 
 
 def _answers(

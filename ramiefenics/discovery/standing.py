@@ -67,6 +67,10 @@ class Place:
         """Return whether they differ by numbers only."""
         return self.rest == other.rest and self.paths == other.paths
 
+    def is_at(self, other: Place) -> bool:
+        """Return whether they differ by the factor to their forces at most."""
+        return self.same_kind(other) and not (self.at - other.at).any()
+
     def near(self, other: Place) -> bool:
         """Return whether they differ by little."""
         return self.same_kind(other) and bool(np.abs(self.at - other.at).max() < NEAR)
