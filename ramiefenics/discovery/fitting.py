@@ -174,15 +174,22 @@ class Fitter:
         added: Mapping[str, tuple[Effect, float]],
         suspects: Mapping[str, Effect],
     ) -> Linearised:
-        """Go to fitted parameters, or as far as simulations reach the end without a new jump."""
+        """Go to fitted parameters, or as far as simulations reach the end without a new jump.
+
+        What is near enough stays where it has been simulated.
+        """
         here = model.log_factors
         step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
+        if np.abs(step)[fit.evidence.whole].max() < STEADY:
+            step = np.zeros_like(step)
         share = 1.0
         while True:
             effects = {}
             for name, (effect, amplitude) in added.items():
                 start, most = model.amplitude(name), abs(effect.typical)
                 change = float(np.clip(amplitude - start, -most, most))
+                if name in model.effects and abs(change) <= STEADY_ERRORS * fit.sd(name):
+                    change = 0.0
                 effects[name] = (effect, start + share * change)
             wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
