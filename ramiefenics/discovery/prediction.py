@@ -88,7 +88,9 @@ class Predictor:
         """
         tests = self.tests(model)
         bare = self.tests(dataclasses.replace(model, effects={}))
-        raw = simulated(self.runs, [self.task(test, model.factors, smooth) for test in bare])
+        tasks = [self.task(test, model.factors, smooth) for test in bare]
+        answers = self.runs.map([*tasks, *self._soon(model)])  # the latter on idle processors
+        raw = [done.result() for done in answers[: len(tasks)]]
         raw = with_effects(raw, bare, tests, self.plain)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
@@ -178,23 +180,39 @@ class Predictor:
     def _change_by(self, effect: Effect) -> Array:
         """Return what an effect adds to the first curve's change, per amplitude, shape (m,)."""
         if effect.name not in self._by_effect:
-            step, (changed,) = first_possible(
-                effect.typical, lambda amplitude: [effect.apply(self._tests[0], amplitude)]
-            )
-            more = self._changes_of([changed])[0] - self._mesh_changes[0]
+            step, changed = self._first_with(effect)
+            more = self._changes_of(changed)[0] - self._mesh_changes[0]
             self._by_effect[effect.name] = more / step
         return self._by_effect[effect.name]
 
+    def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
+        """Return an amplitude that is possible, and the first specification with it."""
+        return first_possible(
+            effect.typical, lambda amplitude: [effect.apply(self._tests[0], amplitude)]
+        )
+
     def _changes_of(self, tests: Sequence[BendingTest]) -> Array:
         """Return relative changes of the first curves' forces on a finer mesh."""
-        plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
-        finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
-        standing = Standing.of(*([Place.of(test) for test in some] for some in (plain, finely)))
-        tasks = [self.task(some[i]) for i in standing.chosen for some in (plain, finely)]
+        standing, tasks = self._on_both_meshes(tests)
         curves = iter(simulated(self.runs, tasks))
         shares = {i: change_of(next(curves), next(curves)) for i in standing.chosen}
         each = zip(standing.by, self._at, strict=False)
         return np.array([np.interp(at, *shares[i]) for i, at in each])
+
+    def _on_both_meshes(self, tests: Sequence[BendingTest]) -> tuple[Standing, list[CurveTask]]:
+        """Return which of the first curves stand for others, and tasks for those, in pairs."""
+        plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
+        finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
+        standing = Standing.of(*([Place.of(test) for test in some] for some in (plain, finely)))
+        return standing, [self.task(some[i]) for i in standing.chosen for some in (plain, finely)]
+
+    def _soon(self, model: Model) -> list[CurveTask]:
+        """Return tasks on both meshes that a model will ask for."""
+        wanted = [] if "_mesh_changes" in self.__dict__ else [self._tests]
+        for effect, _ in model.effects.values():
+            if effect.name not in self._by_effect:
+                wanted.append(self._first_with(effect)[1])
+        return [task for tests in wanted for task in self._on_both_meshes(tests)[1]]
 
     @property
     def _mesh_deviations(self) -> Array:

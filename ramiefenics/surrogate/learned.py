@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import pandas as pd
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
 from ramiefenics.surrogate.coordinates import Path, numbers, rest_of
-from ramiefenics.surrogate.pool import Pool
+from ramiefenics.surrogate.pool import Pool, Simulating
 
 
 class LearnedCurves:
@@ -57,8 +58,26 @@ class LearnedCurves:
             test, _ = normalised(task.test)
             members.setdefault((rest_of(test), tuple(numbers(test))), []).append(index)
         found: dict[int, Done[pd.DataFrame]] = {}
+        asking = []
         for key, indices in members.items():
-            pool = self._pools.setdefault(key, Pool(self.runs, key[1]))
-            answers = pool.answer([tasks[index] for index in indices])
+            pool = self._pools.setdefault(key, Pool(key[1]))
+            asking.append((indices, pool.answer([tasks[index] for index in indices])))
+        for indices, answers in self._together(asking):
             found |= dict(zip(indices, answers, strict=True))
         return [found[index] for index in range(len(tasks))]
+
+    def _together(
+        self, asking: Sequence[tuple[list[int], Simulating[list[Done[pd.DataFrame]]]]]
+    ) -> Iterator[tuple[list[int], list[Done[pd.DataFrame]]]]:
+        """Yield what pools answer to whom; what they want simulated at a time is done together."""
+        left: list[tuple[Any, Any, list[Done[pd.DataFrame]] | None]]
+        left = [(indices, pool, None) for indices, pool in asking]
+        while left:
+            wanted = []
+            for indices, pool, simulated in left:
+                try:
+                    wanted.append((indices, pool, pool.send(simulated)))
+                except StopIteration as end:
+                    yield indices, end.value
+            done = iter(self.runs.map([task for *_, tasks in wanted for task in tasks]))
+            left = [(i, pool, [next(done) for _ in tasks]) for i, pool, tasks in wanted]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import CurveTask, Mapper
+from ramiefenics.runs.curve import CurveTask
 from ramiefenics.surrogate.coordinates import Direction, Path, is_logarithmic
 from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
@@ -32,8 +33,19 @@ FEW = 0.25
 """Share of curves that may be rough where smooth ones are asked for; they are simulated plainly."""
 
 
+T = TypeVar("T")
+
+Simulating: TypeAlias = Generator[list[CurveTask], list[Done[pd.DataFrame]], T]
+"""Yields tasks to simulate, wants what came of them, and returns something in the end."""
+
+
 class Pool:
     """Runs of one family.
+
+    Parameters
+    ----------
+    paths
+        Where the numbers are by which its specifications differ.
 
     Attributes
     ----------
@@ -43,14 +55,14 @@ class Pool:
         Largest error to be expected of what was answered.
     """
 
-    def __init__(self, mapper: Mapper, paths: tuple[Path, ...]) -> None:
-        self._mapper, self._paths = mapper, paths
+    def __init__(self, paths: tuple[Path, ...]) -> None:
+        self._paths = paths
         self._family: Family | None = None
         self._learned_from = 0  # so many runs
         self.runs: list[Run] = []
         self.error = 0.0
 
-    def answer(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+    def answer(self, tasks: Sequence[CurveTask]) -> Simulating[list[Done[pd.DataFrame]]]:
         """Return what came of tasks of this family.
 
         Where more than a few of those that should be smooth are not, all fail: they are of no
@@ -65,17 +77,18 @@ class Pool:
                 return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
             directions = self._directions(questions)
             if rough := [index for index in every if index in unknown]:
-                self._simulate(
+                yield from self._simulate(
                     [questions[index] for index in rough], () if plain else directions, False
                 )
                 continue
             if plain and len(unknown) <= WORTHWHILE:
-                self._simulate([questions[index] for index in unknown], (), False)
+                yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
             chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
             indices = list(unknown)
-            self._simulate([questions[indices[place]] for place in chosen], directions, smooth)
+            next_ones = [questions[indices[place]] for place in chosen]
+            yield from self._simulate(next_ones, directions, smooth)
         return [self._answer(question) for question in questions]
 
     def _unknown(self, questions: Sequence[Question]) -> dict[int, float]:
@@ -126,12 +139,13 @@ class Pool:
 
     def _simulate(
         self, chosen: Sequence[Question], directions: tuple[Direction, ...], smooth: bool
-    ) -> None:
+    ) -> Simulating[None]:
         tasks = [CurveTask(question.test, directions, smooth) for question in chosen]
         along = np.zeros((len(directions), len(self._paths)))
         for row, direction in zip(along, directions, strict=True):
             row[[self._paths.index(path) for path in direction.paths]] = direction.weights
-        for question, done in zip(chosen, self._mapper.map(tasks), strict=True):
+        answers = yield tasks
+        for question, done in zip(chosen, answers, strict=True):
             if done.error is not None:
                 nothing = np.zeros(0)
                 run = Run(question.at, along, nothing, nothing, nothing, done.error, smooth)
