@@ -20,7 +20,6 @@ from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.prediction import Predictor, smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
-from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import SpecificationError
 
 log = logging.getLogger(__name__)
@@ -154,9 +153,9 @@ class Fitter:
         scatter = fit_scatter(evidence, fitted.fit.chosen)
         return dataclasses.replace(fitted, fit=Fit(evidence, fitted.fit.chosen, scatter))
 
-    def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect], runs: Mapper) -> Fitted:
+    def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
         """Fit again near the same parameters, with every curve simulated."""
-        curves = self._predictor.confirm(fitted.curves, runs)
+        curves = self._predictor.confirm(fitted.curves)
         evidence = dataclasses.replace(
             self.evidence(curves, effects), broken=fitted.fit.evidence.broken
         )

@@ -123,9 +123,7 @@ class _Inquiry:
         for names, reason in search.refused.items():
             self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
         if extended is not None:
-            self._stage("confirming", 2 * number)
-            baseline = self._fitter.confirmed(search.nothing, {}, self._runs.runs)
-            extended = self._fitter.confirmed(extended, seen, self._runs.runs)
+            baseline = self._fitter.confirmed(search.nothing, {})
             baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
         return self._discovery(baseline, nothing, extended, causes, p_value, before)
 

@@ -19,6 +19,7 @@ from ramiefenics.discovery.with_effects import with_effects
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine
+from ramiefenics.surrogate import LearnedCurves
 
 SMOOTH_MODES = 5
 """Cosines along the displacement that a smooth error is made of."""
@@ -99,10 +100,14 @@ class Predictor:
         by_effects, refused = signatures(self, model, raw, suspects, smooth)
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
 
-    def confirm(self, curves: Linearised, runs: Mapper) -> Linearised:
+    def confirm(self, curves: Linearised) -> Linearised:
         """Return the same with the forces of every curve simulated, none of them learned."""
         tests = self.tests(curves.model)
-        raw = simulated(runs, [self.task(test) for test in tests])
+        tasks = [self.task(test) for test in tests]
+        if isinstance(self.runs, LearnedCurves):
+            raw = [done.result() for done in self.runs.map(tasks, exact=True)]
+        else:
+            raw = simulated(self.runs, tasks)
         force = self.read(tests, self.extrapolated(raw, curves.model))
         by_cells = force - self.read(tests, raw)
         return dataclasses.replace(curves, force=force, mesh_correction=by_cells)

@@ -50,8 +50,16 @@ class LearnedCurves:
         """Largest error to be expected of a learned curve, over its peak."""
         return max((pool.error for pool in self._pools.values()), default=0.0)
 
-    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        """Return what came of tasks, in their order."""
+    def map(self, tasks: Sequence[CurveTask], exact: bool = False) -> list[Done[pd.DataFrame]]:
+        """Return what came of tasks, in their order.
+
+        Parameters
+        ----------
+        tasks
+            Of any families.
+        exact
+            Whether to simulate each of them.
+        """
         self.asked += len(tasks)
         members: dict[tuple[str, tuple[Path, ...]], list[int]] = {}
         for index, task in enumerate(tasks):
@@ -61,7 +69,7 @@ class LearnedCurves:
         asking = []
         for key, indices in members.items():
             pool = self._pools.setdefault(key, Pool(key[1]))
-            asking.append((indices, pool.answer([tasks[index] for index in indices])))
+            asking.append((indices, pool.answer([tasks[index] for index in indices], exact)))
         for indices, answers in self._together(asking):
             found |= dict(zip(indices, answers, strict=True))
         return [found[index] for index in range(len(tasks))]

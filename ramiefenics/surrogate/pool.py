@@ -17,8 +17,8 @@ from ramiefenics.surrogate.coordinates import Direction, Path, is_logarithmic
 from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
 
-TOLERANCE = 0.001
-"""Error of a learned curve over its peak: a third of what a simulation may be wrong by anyway."""
+TOLERANCE = 0.002
+"""Error of a learned curve over its peak: less than what a simulation may be wrong by anyway."""
 
 FIRST = 4
 """Runs to the end before anything is learned."""
@@ -62,16 +62,25 @@ class Pool:
         self.runs: list[Run] = []
         self.error = 0.0
 
-    def answer(self, tasks: Sequence[CurveTask]) -> Simulating[list[Done[pd.DataFrame]]]:
+    def answer(
+        self, tasks: Sequence[CurveTask], exact: bool = False
+    ) -> Simulating[list[Done[pd.DataFrame]]]:
         """Return what came of tasks of this family.
 
         Where more than a few of those that should be smooth are not, all fail: they are of no
         use apart.
+
+        Parameters
+        ----------
+        tasks
+            Of this family.
+        exact
+            Whether to simulate each of them.
         """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
         smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
-        while unknown := self._unknown(questions):
+        while unknown := self._unknown(questions, exact):
             every = [index for index, one in enumerate(questions) if self._roughness(one)]
             if not plain and smooth and len(every) > FEW * len(questions):
                 return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
@@ -81,7 +90,7 @@ class Pool:
                     [questions[index] for index in rough], () if plain else directions, False
                 )
                 continue
-            if plain and len(unknown) <= WORTHWHILE:
+            if plain and (exact or len(unknown) <= WORTHWHILE):
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
@@ -91,10 +100,10 @@ class Pool:
             yield from self._simulate(next_ones, directions, smooth)
         return [self._answer(question) for question in questions]
 
-    def _unknown(self, questions: Sequence[Question]) -> dict[int, float]:
+    def _unknown(self, questions: Sequence[Question], exact: bool) -> dict[int, float]:
         """Return the questions that cannot be answered yet, with the errors to be expected."""
         left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
-        family = self._learn(questions[0].test.protocol.travel_mm)
+        family = None if exact else self._learn(questions[0].test.protocol.travel_mm)
         if family is None or not left:
             return dict.fromkeys(left, np.inf)
         errors = family.expected_errors(np.array([questions[i].at for i in left]))
