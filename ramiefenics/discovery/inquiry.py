@@ -24,7 +24,14 @@ from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.search import Search
-from ramiefenics.discovery.verdict import ENOUGH, INDIFFERENT, SIGNIFICANCE, decide, least_gain
+from ramiefenics.discovery.verdict import (
+    ENOUGH,
+    IMPROBABLE,
+    INDIFFERENT,
+    SIGNIFICANCE,
+    decide,
+    least_gain,
+)
 from ramiefenics.effects import SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.runs import Runs, workers
@@ -118,7 +125,7 @@ class _Inquiry:
         self._stage("fitting the most probable sets of suspects", 3 * number)
         search = Search(self._fitter, curves, seen)
         best, causes = search.best(evidence, causes)
-        shown = p_value < SIGNIFICANCE or causes.none < SIGNIFICANCE
+        shown = p_value < SIGNIFICANCE or causes.none < IMPROBABLE
         extended = best if shown and best.fit.chosen else None
         for names, reason in search.refused.items():
             self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")

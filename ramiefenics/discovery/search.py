@@ -186,10 +186,19 @@ class Search:
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
 
     def _finish(self) -> None:
-        """Fit the best sets on, with every curve simulated, until they are steady."""
+        """Fit the best sets on, with every curve simulated, until they are steady.
+
+        Not those that have a better one and more in them: what is added explains too little.
+        """
         while True:
-            least = self._best.score - CLOSE
-            left = [r for r in self._reached.values() if r.score > least and not r.finished]
+            best = self._best
+            left = [
+                one
+                for one in self._reached.values()
+                if not one.finished
+                and one.score > best.score - CLOSE
+                and not set(one.names) > set(best.names)
+            ]
             if not left:
                 return
             one = max(left, key=lambda reached: reached.score)

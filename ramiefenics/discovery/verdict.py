@@ -13,8 +13,11 @@ INDIFFERENT = "makes no difference to these curves"
 
 SIGNIFICANCE = 0.001
 """Probability, without any effect, of what is found: one in a thousand data sets without any is
-accused. Also that of no effect given the data, each set of effects and none where it fits, of which
-the same holds (Ville 1939)."""
+accused."""
+
+IMPROBABLE = 0.01
+"""Probability of no effect given the data, where each set of effects, and none, fits itself. Of
+data sets without any, at most one in a hundred gives a smaller one (Ville 1939)."""
 
 ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
