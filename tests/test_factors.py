@@ -53,3 +53,19 @@ def test_a_matrix_without_inverse_gives_no_number(
     factors.setUp(None)
     factors.apply(None, b, x)
     assert np.isnan(x.array).all()
+
+
+def test_several_right_hand_sides_are_solved_for_at_once(
+    problem: BendingProblem, factors: SingleFactors
+) -> None:
+    """Whatever their sizes: each is scaled into the range of single precision by itself."""
+    problem.equations.assemble()
+    factors.setUp(None)
+    rng = np.random.default_rng(2)
+    sides = rng.standard_normal((4, problem.unknowns)) * np.array([[1e-40], [0.0], [1.0], [1e40]])
+    together = factors.solve(sides)
+    each = np.array([factors.solve(side[None])[0] for side in sides])
+    scale = np.abs(each).max(axis=1, keepdims=True)
+    assert not together[1].any()
+    assert np.all(np.abs(together - each) <= 1e-4 * scale)
+    assert np.all(scale[[0, 2, 3]] > 0.0)

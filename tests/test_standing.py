@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import ramiefenics as rf
 from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
+from ramiefenics.discovery.with_effects import with_effects
 
 OUTER = "stalk.layers.phloem.outer_diameter_mm"
 
@@ -93,3 +96,55 @@ def test_a_curve_without_force_is_refused() -> None:
     nothing = pd.DataFrame({"displacement_mm": [0.0, 1.0, 2.0], "force_N": 0.0})
     with pytest.raises(rf.SpecificationError, match=r"force_N = 0\.0 must be above 0"):
         change_of(nothing, nothing)
+
+
+def beam(test: rf.BendingTest) -> pd.DataFrame:
+    """A curve that bends over, whose force follows from diameter, span and friction."""
+    x = np.linspace(0.0, 14.0, 29)
+    size = test.stalk.outer_diameter_mm**4 / test.fixture.span_mm**3 * test.stalk.stiffness_factor
+    force = size * x / (1.0 + 0.05 * x) * (1.0 + 0.2 * test.fixture.friction.static * x / 14.0)
+    return pd.DataFrame({"displacement_mm": x, "force_N": force, "by": 0.5 * force})
+
+
+def test_few_simulations_tell_what_effects_make_of_all_curves(
+    stalks: list[rf.BendingTest],
+) -> None:
+    changed = [rf.override(test, ["fixture.friction.static=0.9"]) for test in stalks]
+    simulated: list[rf.BendingTest] = []
+
+    def simulate(tests: Sequence[rf.BendingTest]) -> list[pd.DataFrame]:
+        simulated.extend(tests)
+        return [beam(test) for test in tests]
+
+    found = with_effects([beam(test) for test in stalks], stalks, changed, simulate)
+    assert simulated == [changed[2], changed[3]]
+    for curve, test in zip(found, changed, strict=True):
+        for name in ("force_N", "by"):  # exact: friction changes all in the same proportion
+            assert curve[name].to_numpy() == pytest.approx(beam(test)[name].to_numpy(), rel=1e-9)
+
+
+def test_moduli_in_proportion_and_the_machine_need_no_simulation(
+    stalks: list[rf.BendingTest],
+) -> None:
+    changes = [
+        "stalk.stiffness_gradient_per_m=0.5",
+        "stalk.position_mm=400",
+        "machine.seating_gap_mm=1",
+    ]
+    changed = [rf.override(test, changes) for test in stalks]
+    found = with_effects([beam(test) for test in stalks], stalks, changed, lambda tests: [][tests])
+    for curve, test in zip(found, stalks, strict=True):
+        assert curve["force_N"].to_numpy() == pytest.approx(1.2 * beam(test)["force_N"].to_numpy())
+
+
+def test_a_changed_stalk_that_does_not_reach_the_end_is_refused(
+    stalks: list[rf.BendingTest],
+) -> None:
+    changed = [rf.override(test, ["fixture.friction.static=0.9"]) for test in stalks]
+    with pytest.raises(rf.SpecificationError, match=r"the simulation ends at 9\.50 mm"):
+        with_effects(
+            [beam(test) for test in stalks],
+            stalks,
+            changed,
+            lambda tests: [beam(test).iloc[:20] for test in tests],
+        )

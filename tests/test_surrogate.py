@@ -109,6 +109,34 @@ def test_many_stalks_take_few_simulations() -> None:
         assert 0.1 * np.quantile(misses(tests, curves, factor), 0.95) < TOLERANCE
 
 
+def test_each_is_simulated_where_that_is_asked_for() -> None:
+    tests, beams = stalks(30), Beams()
+    learned = LearnedCurves(beams)
+    learned.map([CurveTask(test, factors(tests[0])) for test in tests])
+    before = beams.asked
+    assert before < 20
+    curves = [done.result() for done in learned.map([CurveTask(t) for t in tests], exact=True)]
+    assert beams.asked == 30
+    for test, curve in zip(tests, curves, strict=True):
+        assert curve["force_N"].to_numpy() == pytest.approx(force_N(test), rel=1e-9)
+
+
+def test_different_families_are_simulated_at_the_same_time() -> None:
+    (test,), beams = stalks(1), Beams()
+    kinds = [
+        override(test, [f"numerics.mesh={name}"]) for name in ("screening", "standard", "fine")
+    ]
+    calls: list[int] = []
+
+    class Counted(Beams):
+        def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+            calls.append(len(tasks))
+            return beams.map(tasks)
+
+    LearnedCurves(Counted()).map([CurveTask(kind) for kind in kinds])
+    assert calls == [3]
+
+
 def test_what_moves_on_takes_few_more() -> None:
     tests, beams = stalks(40), Beams()
     used = factors(tests[0])

@@ -87,5 +87,6 @@ class LearnedCurves:
                     wanted.append((indices, pool, pool.send(simulated)))
                 except StopIteration as end:
                     yield indices, end.value
-            done = iter(self.runs.map([task for *_, tasks in wanted for task in tasks]))
+            simulating = [task for *_, tasks in wanted for task in tasks]
+            done = iter(self.runs.map(simulating) if simulating else ())
             left = [(i, pool, [next(done) for _ in tasks]) for i, pool, tasks in wanted]
