@@ -207,13 +207,13 @@ class Search:
     def _finished(self, reached: Reached) -> Reached:
         names = reached.names
         for _ in range(ROUNDS):
-            if not reached.fitted.steady:
-                try:
+            try:
+                if not reached.fitted.steady:
                     reached = self._moved(names, reached.fitted)
-                except SpecificationError as error:
-                    log.info("%s cannot be fitted any better: %s", names, error)
-                    break
-            curves = self._fitter.confirmed(reached.fitted, self._effects).curves
+                curves = self._fitter.confirmed(reached.fitted, self._effects).curves
+            except SpecificationError as error:
+                log.info("%s cannot be fitted any better: %s", names, error)
+                break
             reached = self._judged(names, curves, self._fitter.evidence(curves, self._effects))
             if reached.fitted.steady:
                 break
