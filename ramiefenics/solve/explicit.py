@@ -273,7 +273,7 @@ def simulate_explicitly(
         of the layers is not perfect.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
-    test = as_test(test, **changes)
+    test = as_test(test, **changes).alone
     test.protocol.check_loading_only("explicit runs")
     if not test.stalk.bond.perfect:
         compliance = test.stalk.bond.compliance_mm_per_MPa

@@ -61,7 +61,7 @@ def read_bend(folder: str | Path) -> BendingResult:
     test = read_test(folder / "specification.toml")
     try:
         told: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        tests, all_told = test.tests, [told, *told["further"]]
+        tests, all_told = test.tests, [told, *told.get("further", [])]
         names = ["curve", *(f"curve_{number}" for number in range(2, len(all_told) + 1))]
         first, *further = (
             _result(one, pd.read_csv(folder / f"{name}.csv"), own)
