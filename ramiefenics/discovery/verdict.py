@@ -72,7 +72,7 @@ def least_gain(fit: Fit, name: str) -> tuple[int, float]:
     scatter = dataclasses.replace(fit.scatter, spread={})
     gains = {}
     for specimen in fit.evidence.whole:
-        rest = fit.evidence.but_without(specimen)
+        rest = fit.evidence.blind_to(fit.evidence.blocks.specimen == specimen)
         both = (log_evidence(rest, chosen, scatter) for chosen in (fit.chosen, others))
         gains[specimen] = next(both) - next(both)
     worst = min(gains, key=lambda specimen: gains[specimen])
