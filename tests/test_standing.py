@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
+from ramiefenics.discovery.changed_curves import changed_curves
 from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
-from ramiefenics.discovery.with_effects import with_effects
 
 OUTER = "stalk.layers.phloem.outer_diameter_mm"
 
@@ -116,7 +116,7 @@ def test_few_simulations_tell_what_effects_make_of_all_curves(
         simulated.extend(tests)
         return [beam(test) for test in tests]
 
-    found = with_effects([beam(test) for test in stalks], stalks, changed, simulate)
+    found = changed_curves([beam(test) for test in stalks], stalks, changed, simulate)
     assert simulated == [changed[2], changed[3]]
     for curve, test in zip(found, changed, strict=True):
         for name in ("force_N", "by"):  # exact: friction changes all in the same proportion
@@ -132,7 +132,9 @@ def test_moduli_in_proportion_and_the_machine_need_no_simulation(
         "machine.seating_gap_mm=1",
     ]
     changed = [rf.override(test, changes) for test in stalks]
-    found = with_effects([beam(test) for test in stalks], stalks, changed, lambda tests: [][tests])
+    found = changed_curves(
+        [beam(test) for test in stalks], stalks, changed, lambda tests: [][tests]
+    )
     for curve, test in zip(found, stalks, strict=True):
         assert curve["force_N"].to_numpy() == pytest.approx(1.2 * beam(test)["force_N"].to_numpy())
 
@@ -142,7 +144,7 @@ def test_a_changed_stalk_that_does_not_reach_the_end_is_refused(
 ) -> None:
     changed = [rf.override(test, ["fixture.friction.static=0.9"]) for test in stalks]
     with pytest.raises(rf.SpecificationError, match=r"the simulation ends at 9\.50 mm"):
-        with_effects(
+        changed_curves(
             [beam(test) for test in stalks],
             stalks,
             changed,

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.changed_curves import changed_curves
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.observed import Observed, read
 from ramiefenics.discovery.signatures import first_possible, signatures
 from ramiefenics.discovery.standing import Place, Standing, change_of
-from ramiefenics.discovery.with_effects import with_effects
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine
@@ -92,7 +92,7 @@ class Predictor:
         tasks = [self.task(test, model.factors, smooth) for test in bare]
         answers = self.runs.map([*tasks, *self._soon(model)])  # the latter on idle processors
         raw = [done.result() for done in answers[: len(tasks)]]
-        raw = with_effects(raw, bare, tests, self.plain)
+        raw = changed_curves(raw, bare, tests, self.plain)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_factors, by_mesh = self._slopes(model, tests, curves, force)

@@ -1,4 +1,4 @@
-"""Curves of stalks with effects, from those without and simulations of few stalks."""
+"""Curves of stalks that are changed, from those they had and simulations of a few."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ramiefenics.discovery.standing import Place, Standing, change_of
 from ramiefenics.specification import BendingTest, SpecificationError
 
 
-def with_effects(
+def changed_curves(
     curves: Sequence[pd.DataFrame],
     before: Sequence[BendingTest],
     after: Sequence[BendingTest],
