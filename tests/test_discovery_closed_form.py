@@ -147,7 +147,7 @@ def test_what_only_shows_where_it_is_fitted_is_told(tmp_path: Path) -> None:
     suspects = [COMPLIANCE, GAP, SPAN, GRADIENT, *(rf.EFFECTS[name] for name in others)]
     found = discover_among(tmp_path, *suspects, rf.EFFECTS["fixture_radius"])
     assert found.p_value > 0.001
-    assert found.posterior.none < 0.01
+    assert found.fitted_none < 0.01
     assert COMPLIANCE.name in found.groups[0]
     assert found.extended is not None
     assert found.extended.steady

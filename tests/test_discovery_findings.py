@@ -22,6 +22,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "verdict": verdict,
         "groups": groups,
         "p_value": 0.0005,
+        "fitted_none": 0.0001,
         "misfit_p_value": 0.25,
         "conflict_p_value": 0.0002,
         "amplitudes": {group[0]: 0.01 for group in groups},
@@ -32,7 +33,6 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "posterior": SimpleNamespace(
             inclusion=lambda: {"taper": 0.6, "pith_core": 0.39},
             names=("taper", "pith_core"),
-            none=0.0001,
             probable=lambda: values.pop("sets", {}),
         ),
         "extended": object() if groups else None,

@@ -77,8 +77,8 @@ def _chance(found: Discovery) -> str:
     p = f"p = {found.p_value:.2g}"
     if found.extended is None or found.p_value < SIGNIFICANCE:
         return p
-    none = found.posterior.none
-    return f"{p} by derivatives, but probability of no effect {none:.1g} where all are fitted"
+    none = f"probability of no effect {found.fitted_none:.1g} among the sets that were fitted"
+    return f"{p} by derivatives, but {none}"
 
 
 def _anatomy(found: Discovery) -> str:

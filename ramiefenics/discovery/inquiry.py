@@ -125,14 +125,14 @@ class _Inquiry:
         self._stage("fitting the most probable sets of suspects", 3 * number)
         search = Search(self._fitter, curves, seen)
         best, causes = search.best(evidence, causes)
-        shown = p_value < SIGNIFICANCE or causes.none < IMPROBABLE
+        shown = p_value < SIGNIFICANCE or search.none < IMPROBABLE
         extended = best if shown and best.fit.chosen else None
         for names, reason in search.refused.items():
             self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
         if extended is not None:
             baseline = self._fitter.confirmed(search.nothing, {})
             baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
-        return self._discovery(baseline, nothing, extended, causes, p_value, before)
+        return self._discovery(baseline, nothing, extended, causes, (p_value, search.none), before)
 
     def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
         """Return what each suspect changes, and those of which these curves show anything."""
@@ -218,7 +218,7 @@ class _Inquiry:
         nothing: Fit,
         extended: Fitted | None,
         causes: Causes,
-        p_value: float,
+        chances: tuple[float, float],
         before: float,
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
@@ -233,6 +233,7 @@ class _Inquiry:
             )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
         alone = extended is not None and len(groups) < len(causes.groups())
+        p_value, fitted_none = chances
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)
         return Discovery(
@@ -242,6 +243,7 @@ class _Inquiry:
             verdict=verdict,
             groups=groups,
             p_value=p_value,
+            fitted_none=fitted_none,
             baseline_misfit_p_value=before,
             misfit_p_value=left,
             conflict_p_value=conflict,

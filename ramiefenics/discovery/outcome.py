@@ -77,6 +77,8 @@ class Discovery(Result):
         group of one is a cause.
     p_value
         Probability of a gain like the best suspect's without any effect.
+    fitted_none
+        Probability that there is no effect, if there is no other set than those that were fitted.
     baseline_misfit_p_value, misfit_p_value
         Probability of a common misfit like the baseline's, and like the one that is left in the
         end, if the model is right.
@@ -117,6 +119,7 @@ class Discovery(Result):
     verdict: str
     groups: tuple[tuple[str, ...], ...]
     p_value: float
+    fitted_none: float
     baseline_misfit_p_value: float
     misfit_p_value: float
     conflict_p_value: float
@@ -294,6 +297,7 @@ class Discovery(Result):
             },
             "explained": self.explained,
             "p_value": self.p_value,
+            "fitted_none": self.fitted_none,
             "baseline_misfit_p_value": self.baseline_misfit_p_value,
             "misfit_p_value": self.misfit_p_value,
             "conflict_p_value": self.conflict_p_value,

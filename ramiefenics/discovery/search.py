@@ -18,6 +18,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes, own_score
 from ramiefenics.discovery.evidence import Evidence
@@ -142,6 +144,12 @@ class Search:
     def nothing(self) -> Fitted:
         """The baseline, near where it fits."""
         return self._reached[()].fitted
+
+    @property
+    def none(self) -> float:
+        """Probability that there is no effect, if there is no other set than those reached."""
+        scores = np.array([reached.score for reached in self._reached.values()])
+        return float(1.0 / np.exp(scores - self._reached[()].score).sum())
 
     @property
     def _best(self) -> Reached:

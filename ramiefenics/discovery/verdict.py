@@ -16,10 +16,9 @@ SIGNIFICANCE = 0.001
 accused."""
 
 IMPROBABLE = 0.01
-"""Probability of no effect given the data, the best sets of effects, and none, each where it fits.
-Were it exact, at most one in a hundred data sets without any would give a smaller one (Ville 1939);
-standard deviations are the most probable ones, and sets that were not fitted count by derivatives.
-"""
+"""Probability of no effect given the data, among the sets of effects that were fitted. At most one
+in a hundred data sets without any would give a smaller one (Ville 1939), if standard deviations
+were known; they are the most probable ones."""
 
 ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
