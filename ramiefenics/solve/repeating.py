@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ramiefenics.model.compat import geometry_nodes
 from ramiefenics.solve.driven import Driven
 from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.solve.solutions import Array, Solution, Solutions
@@ -33,8 +34,8 @@ class Repeating:
         self._begun = False
         if solutions is not None:
             space = problem.displacement.function_space
-            geometry = space.mesh.geometry
-            solutions.start([space.dofmap.list, geometry.dofmap, geometry.x])
+            mesh = space.mesh
+            solutions.start([space.dofmap.list, geometry_nodes(mesh), mesh.geometry.x])
 
     def solved(self, solve: Solve) -> NewtonOutcome:
         """Return how an attempt ended; the problem is in the state that it found."""
