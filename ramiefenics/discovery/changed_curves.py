@@ -2,14 +2,89 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.standing import Place, Standing, change_of
+from ramiefenics.runs.curve import normalised, stiffer
 from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.surrogate.coordinates import Path, numbers, with_numbers
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Changes of specifications, those that are simulated, and what is carried over to the others.
+
+    Attributes
+    ----------
+    scaling
+        What all forces change by with all moduli, over the force, of every stalk.
+    moved
+        Stalks of which more than the moduli is changed.
+    standing
+        Which of the latter stands for which.
+    """
+
+    scaling: Array
+    moved: tuple[int, ...]
+    standing: Standing
+
+    @classmethod
+    def of(cls, before: Sequence[BendingTest], after: Sequence[BendingTest]) -> Carried:
+        """Choose which are simulated.
+
+        Parameters
+        ----------
+        before, after
+            Specifications, as they are and changed.
+        """
+        places = [
+            (Place.of(one), Place.of(other)) for one, other in zip(before, after, strict=True)
+        ]
+        scaling = np.expm1([other.log_factor - one.log_factor for one, other in places])
+        moved = tuple(i for i, (one, other) in enumerate(places) if not one.is_at(other))
+        standing = Standing.of([places[i][0] for i in moved], [places[i][1] for i in moved])
+        return cls(scaling, moved, standing)
+
+    @property
+    def chosen(self) -> list[int]:
+        """Those that are simulated."""
+        return [self.moved[k] for k in self.standing.chosen]
+
+    def changed(
+        self, curves: Sequence[pd.DataFrame], simulated: Mapping[int, tuple[pd.DataFrame, ...]]
+    ) -> list[pd.DataFrame]:
+        """Return curves as they are changed; derivatives change as the forces do.
+
+        Parameters
+        ----------
+        curves
+            ``displacement_mm``, ``force_N``, and derivatives.
+        simulated
+            Of those that are chosen: curves as they are and changed.
+
+        Raises
+        ------
+        SpecificationError
+            If a changed stalk does not get as far as the unchanged one.
+        """
+        shares = [np.full(len(c), s) for c, s in zip(curves, self.scaling, strict=True)]
+        by = {
+            k: change_of(*_as_far(*simulated[i]))
+            for k, i in zip(self.standing.chosen, self.chosen, strict=True)
+        }
+        changes = self.standing.changes([curves[i] for i in self.moved], by)
+        for i, change in zip(self.moved, changes, strict=True):
+            force = curves[i]["force_N"].to_numpy()
+            shares[i] = np.divide(change, force, out=np.zeros_like(change), where=force > 0.0)
+        return [
+            curve.assign(**curve.drop(columns="displacement_mm").mul(1.0 + share, axis=0))
+            for curve, share in zip(curves, shares, strict=True)
+        ]
 
 
 def changed_curves(
@@ -18,57 +93,60 @@ def changed_curves(
     after: Sequence[BendingTest],
     simulated: Callable[[Sequence[BendingTest]], Sequence[pd.DataFrame]],
 ) -> list[pd.DataFrame]:
-    """Return what becomes of curves where specifications are changed.
-
-    Derivatives change as the forces do.
+    """Return what becomes of curves where specifications are changed, see `Carried`.
 
     Parameters
     ----------
-    curves
-        ``displacement_mm``, ``force_N``, and derivatives.
-    before, after
-        Their specifications, as they are and changed.
+    curves, before, after
+        Curves, and their specifications, as they are and changed.
     simulated
         Returns the curves of some specifications.
-
-    Raises
-    ------
-    SpecificationError
-        If a changed stalk does not get as far as the unchanged one.
     """
-    places = [(Place.of(one), Place.of(other)) for one, other in zip(before, after, strict=True)]
-    shares = [_scaling(curve, *pair) for curve, pair in zip(curves, places, strict=True)]
-    moved = [i for i, (one, other) in enumerate(places) if not one.is_at(other)]
-    if moved:
-        standing = Standing.of([places[i][0] for i in moved], [places[i][1] for i in moved])
-        chosen = [moved[k] for k in standing.chosen]
-        answers = simulated([after[i] for i in chosen])
-        by = {
-            k: change_of(curves[i], _as_far(curves[i], answer))
-            for k, i, answer in zip(standing.chosen, chosen, answers, strict=True)
-        }
-        changes = standing.changes([curves[i] for i in moved], by)
-        for i, change in zip(moved, changes, strict=True):
-            shares[i] = _over(change, curves[i])
-    return [
-        curve.assign(**curve.drop(columns="displacement_mm").mul(1.0 + share, axis=0))
-        for curve, share in zip(curves, shares, strict=True)
-    ]
+    carried = Carried.of(before, after)
+    answers = simulated([after[i] for i in carried.chosen]) if carried.chosen else ()
+    pairs = {i: (curves[i], answer) for i, answer in zip(carried.chosen, answers, strict=True)}
+    return carried.changed(curves, pairs)
 
 
-def _scaling(curve: pd.DataFrame, before: Place, after: Place) -> Array:
-    """Return what forces change by, over the force, where all moduli are scaled."""
-    return np.full(len(curve), np.expm1(after.log_factor - before.log_factor))
+def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> list[BendingTest]:
+    """Return specifications changed like others, as far as they differ among themselves.
+
+    By the numbers in which specimens differ, as diameters, curves are learned: so far a change
+    needs few simulations, or none.
+
+    Parameters
+    ----------
+    before, after
+        Specifications, as they are and changed.
+    """
+    normal = [numbers(normalised(test)[0]) for test in before]
+    values: dict[tuple[Path, ...], list[dict[Path, float]]] = {}
+    for numbered in normal:
+        values.setdefault(tuple(numbered), []).append(numbered)
+    found = []
+    for test, other, numbered in zip(before, after, normal, strict=True):
+        alike = values[tuple(numbered)]
+        varied = [path for path in numbered if len({one[path] for one in alike}) > 1]
+        found.append(_following(test, other, varied))
+    return found
 
 
-def _over(change: Array, curve: pd.DataFrame) -> Array:
-    force = curve["force_N"].to_numpy()
-    return np.divide(change, force, out=np.zeros_like(change), where=force > 0.0)
+def _following(test: BendingTest, other: BendingTest, varied: Sequence[Path]) -> BendingTest:
+    """Return a specification with some numbers of another one, and with its moduli's size."""
+    (here, _), (there, factor) = normalised(test), normalised(other)
+    old, new = numbers(here), numbers(there)
+    changed = {path: new[path] for path in varied if path in new and new[path] != old[path]}
+    if not changed or old.keys() != new.keys():
+        return test
+    try:
+        return stiffer(with_numbers(here, changed), factor)
+    except SpecificationError:  # these numbers do not go without others
+        return test
 
 
-def _as_far(curve: pd.DataFrame, changed: pd.DataFrame) -> pd.DataFrame:
+def _as_far(curve: pd.DataFrame, changed: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     wanted, reached = (c["displacement_mm"].iloc[-1] for c in (curve, changed))
     if reached < wanted - 1e-9:
         allowed = f"must be reached, but the simulation ends at {reached:.2f} mm"
         raise SpecificationError("displacement_mm", float(wanted), allowed)
-    return changed
+    return curve, changed

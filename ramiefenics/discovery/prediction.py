@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.changed_curves import changed_curves
+from ramiefenics.discovery.changed_curves import changed_curves, following
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.observed import Observed, read
@@ -70,9 +70,10 @@ class Predictor:
     ) -> Linearised:
         """Find every curve with derivatives by the log factors, and by amplitudes.
 
-        Curves without effects are simulated, with the former. What effects change of them is
-        simulated for stalks that stand for others, and so are derivatives by amplitudes, which are
-        differences; an error of the machine needs no simulation.
+        Curves without effects are simulated, with the former. What effects change of them, but in
+        the numbers by which specimens differ, is simulated for stalks that stand for others, and so
+        are derivatives by amplitudes, which are differences; an error of the machine needs no
+        simulation.
 
         Parameters
         ----------
@@ -88,7 +89,7 @@ class Predictor:
             does not reach the end, or jumps and must not.
         """
         tests = self.tests(model)
-        bare = self.tests(dataclasses.replace(model, effects={}))
+        bare = following(self.tests(dataclasses.replace(model, effects={})), tests)
         tasks = [self.task(test, model.factors, smooth) for test in bare]
         answers = self.runs.map([*tasks, *self._soon(model)])  # the latter on idle processors
         raw = [done.result() for done in answers[: len(tasks)]]

@@ -3,11 +3,11 @@
 Derivatives tell little of a set far from where they were found: there, a set of effects that are
 not in the data may seem to explain them better than those that are. So the evidence of a set counts
 where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
-baseline sets of one effect and of two, and wherever a set is better than all before it, those with
-one effect more. Small ones are tried first, and given up where they are hopeless as soon as they
-are simulated. Those that come near the best in the end are fitted on, with every curve simulated,
-until they stay where they are: errors of a few thousandths of the peak, of learned curves or of
-linearisations, are worth odds of a hundred.
+baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
+better than all before it, those with one effect more. Small ones are tried first, and given up
+where they are hopeless as soon as they are simulated. Those that come near the best in the end, and
+the baseline, are fitted on, with every curve simulated, until they stay where they are: errors of a
+few thousandths of the peak, of learned curves or of linearisations, are worth odds of a hundred.
 """
 
 from __future__ import annotations
@@ -45,14 +45,19 @@ fitted any better."""
 PROMISING = -1.0
 """Least that a set must gain by the derivatives over all smaller ones, in log-probability."""
 
+SINGLES = 3
+"""Single effects that are tried, those of which derivatives promise most, however little that is:
+at the baseline they may be wrong by as much as an effect gains."""
+
 PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
 RIVAL = 5.0
 """By how much a set may be less probable by the derivatives than another of its size."""
 
-CLOSE = 8.0
-"""By how much a set may be less probable than the best, and still has every curve simulated."""
+CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
+"""By how much a set may be less probable than the best, and still has every curve simulated; the
+latter where no effect is best, and another is not told from it."""
 
 Names = tuple[str, ...]
 
@@ -169,6 +174,10 @@ class Search:
                     gain = score - found.score(start.names)
                     self._promised[names] = start.score + gain
             least = max(least, top)
+        if not here:
+            singles = [(score, names) for names, score in larger if len(names) == 1]
+            for score, names in sorted(singles, reverse=True)[:SINGLES]:
+                self._promised[names] = start.score + score - found.score(())
 
     def _most_promising(self) -> Names | None:
         """Return the set to be fitted next."""
@@ -200,11 +209,12 @@ class Search:
         """
         while True:
             best = self._best
+            close = CLOSE if best.names else CLOSE_TO_NOTHING
             left = [
                 one
                 for one in self._reached.values()
                 if not one.finished
-                and one.score > best.score - CLOSE
+                and (not one.names or one.score > best.score - close)
                 and not set(one.names) > set(best.names)
             ]
             if not left:

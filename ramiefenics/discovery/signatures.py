@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.linearised import Model
-from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
+from ramiefenics.discovery.standing import Place, Standing, slope_of
+from ramiefenics.discovery.stepping import Stepping
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import normalised
@@ -19,7 +21,7 @@ from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import (
     Direction,
     coordinates,
-    is_logarithmic,
+    is_size,
     numbers,
     rest_of,
 )
@@ -60,7 +62,7 @@ class Along:
         moved, moved_factor = normalised(effect.apply(test, SMALL * effect.typical))
         before, after = numbers(base), numbers(moved)
         paths = tuple(path for path in before if before[path] != after.get(path))
-        from_zero = any(is_logarithmic(path) and before[path] <= 0.0 for path in paths)
+        from_zero = any(is_size(path) and before[path] == 0.0 for path in paths)
         alike = before.keys() == after.keys() and rest_of(base) == rest_of(moved)
         if not paths or from_zero or not alike:
             return None
@@ -94,34 +96,27 @@ def signatures(
         Whether to refuse a stalk that jumps where derivatives are asked for.
     """
     tests = predictor.tests(model)
+    bare = predictor.tests(dataclasses.replace(model, effects={}))
     moved, steps, refused = _moved(predictor, model, suspects)
-    places = [Place.of(test) for test in tests]
-    standing = {
-        name: Standing.of(places, [Place.of(test) for test in some]) for name, some in moved.items()
-    }
     along = _along(model, tests, {name: suspects[name] for name in moved})
-    answers = _answers(predictor, tests, moved, standing, along, smooth)
-    begun = dict(enumerate(raw))  # simulated, where there are no effects
-    if model.effects:
-        begun = _begun(predictor, tests, standing, along)
+    places = [Place.of(test) for test in tests]
+    standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
+    stepping = {n: Stepping.of(bare, tests, some) for n, some in moved.items() if n not in along}
+    derived, plain = _simulated(predictor, tests, standing, along, stepping, smooth)
     curves = predictor.extrapolated(raw, model)
     force = predictor.read(tests, curves)
     found = {}
-    for name, stand in standing.items():
+    for name in moved:
         effect = suspects[name]
         try:
             if name in along:
-                shares = {i: slope_of(answers["", i].result(), name) for i in stand.chosen}
-                slopes = stand.changes(curves, shares)
+                shares = {i: slope_of(derived[i].result(), name) for i in standing[name].chosen}
+                slopes = standing[name].changes(curves, shares)
                 for slope, curve, change in zip(slopes, curves, along[name], strict=True):
                     slope += change.scale * curve["force_N"].to_numpy()
                 found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
             else:
-                shares = {i: change_of(begun[i], answers[name, i].result()) for i in stand.chosen}
-                after = [
-                    curve.assign(force_N=curve["force_N"] + change)
-                    for curve, change in zip(raw, stand.changes(raw, shares), strict=True)
-                ]
+                after = stepping[name].stepped(raw, lambda test: plain[id(test)].result())
                 if name in model.effects:  # only then is its own change by the mesh known
                     there = model.changed(effect, model.amplitude(name) + steps[name])
                 else:
@@ -133,34 +128,32 @@ def signatures(
     return found, refused
 
 
-def _begun(
+Answers: TypeAlias = dict[int, Done[pd.DataFrame]]
+
+
+def _simulated(
     predictor: Predictor,
     tests: Sequence[BendingTest],
     standing: Mapping[str, Standing],
     along: Mapping[str, Sequence[Along]],
-) -> dict[int, pd.DataFrame]:
-    """Return simulations of the model's curves that differences begin at, by number."""
-    needed = sorted({i for name in standing if name not in along for i in standing[name].chosen})
-    return dict(zip(needed, predictor.plain([tests[i] for i in needed]), strict=True))
-
-
-def _answers(
-    predictor: Predictor,
-    tests: Sequence[BendingTest],
-    moved: Mapping[str, Sequence[BendingTest]],
-    standing: Mapping[str, Standing],
-    along: Mapping[str, Sequence[Along]],
+    stepping: Mapping[str, Stepping],
     smooth: bool,
-) -> dict[tuple[str, int], Done[pd.DataFrame]]:
-    """Return curves by effect and number; those with derivatives by many effects have no name."""
-    tasks = {}
+) -> tuple[Answers, Answers]:
+    """Return curves with derivatives by number, and those without by the specification's identity.
+
+    All of them are simulated together.
+    """
+    derived = {}
     for i in sorted({i for name in along for i in standing[name].chosen}):
         directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
-        tasks["", i] = predictor.task(tests[i], tuple(directions), smooth)
-    for name, some in moved.items():
-        if name not in along:
-            tasks |= {(name, i): predictor.task(some[i]) for i in standing[name].chosen}
-    return dict(zip(tasks, predictor.runs.map(list(tasks.values())), strict=True))
+        derived[i] = predictor.task(tests[i], tuple(directions), smooth)
+    plain = {id(t): predictor.task(t) for some in stepping.values() for t in some.simulated}
+    done = predictor.runs.map([*derived.values(), *plain.values()])
+    number = len(derived)
+    return (
+        dict(zip(derived, done[:number], strict=True)),
+        dict(zip(plain, done[number:], strict=True)),
+    )
 
 
 def _moved(

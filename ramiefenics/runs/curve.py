@@ -132,7 +132,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
     serves all stalks that differ by a factor on all moduli.
     """
     test = test.alone
-    stalk, factor = test.stalk, 1.0
+    stalk, factor = test.stalk.measured_at_midspan(), 1.0
     if law_named(test.law).homogeneous:
         factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA
     scale = stalk.stiffness_factor / factor
@@ -152,8 +152,6 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
         reference_moisture=0.0,
         bond=stalk.bond.scaled(1.0 / factor),
     )
-    if stalk.taper == 0.0:
-        stalk = dataclasses.replace(stalk, measured_at_mm=0.0)
     mesh = dataclasses.replace(test.numerics.mesh, name="")
     numerics = dataclasses.replace(test.numerics, acoustic_check=False, mesh=mesh)
     round_section = stalk.section_height_mm is None and stalk.void_offset_mm == 0.0
@@ -162,3 +160,13 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
         least, _ = dataclasses.replace(test, stalk=stalk).least_domain
         numerics = dataclasses.replace(numerics, domain=least)
     return dataclasses.replace(test, stalk=stalk, machine=Machine(), numerics=numerics), factor
+
+
+def stiffer(test: BendingTest, factor: float) -> BendingTest:
+    """Return a test of a stalk all of whose moduli are multiplied by a factor."""
+    stalk = test.stalk
+    layers = tuple(
+        dataclasses.replace(layer, material=layer.material.scaled(factor)) for layer in stalk.layers
+    )
+    stalk = dataclasses.replace(stalk, layers=layers, bond=stalk.bond.scaled(factor))
+    return dataclasses.replace(test, stalk=stalk)

@@ -264,6 +264,21 @@ class Stalk:
         """Return the diameters at Z over the given ones."""
         return 1.0 - self.taper * (z_mm - self.measured_at_mm) / self.outer_diameter_mm
 
+    def measured_at_midspan(self) -> Stalk:
+        """Return the same stalk, described by its section at midspan."""
+        scale = self.scale_at(0.0)
+        return replace(
+            self,
+            measured_at_mm=0.0,
+            layers=tuple(
+                replace(layer, outer_diameter_mm=scale * layer.outer_diameter_mm)
+                for layer in self.layers
+            ),
+            void_diameter_mm=scale * self.void_diameter_mm,
+            void_offset_mm=scale * self.void_offset_mm,
+            section_height_mm=None if self.section_height_mm is None else scale * self.height_mm,
+        )
+
     @property
     def position_factor(self) -> float:
         """What the gradient makes of the moduli at the place on the plant, at midspan."""

@@ -23,6 +23,8 @@ PARTS = ("stalk", "fixture")
 LOGARITHMIC = ("_mm", "_MPa")
 """Ends of the names of numbers whose logarithm is the coordinate."""
 
+SIGNED = ("void_offset_mm", "node_at_mm", "indenter_offset_mm", "z_mm")
+"""Lengths to either side: they are coordinates themselves."""
 
 SMALLEST = 1e-9
 """What a number that is zero has the logarithm of: it is far from all that are not."""
@@ -69,6 +71,11 @@ def _replaced(test: BendingTest, values: Mapping[Path, float | None]) -> dict[st
 
 def is_logarithmic(path: Path) -> bool:
     """Return whether a number's coordinate is its logarithm."""
+    return path[-1] not in SIGNED and is_size(path)
+
+
+def is_size(path: Path) -> bool:
+    """Return whether a number has the dimension of a length or of a modulus."""
     return str(path[-1]).endswith(LOGARITHMIC)
 
 

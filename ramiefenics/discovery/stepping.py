@@ -1,0 +1,99 @@
+"""What a step of an effect's amplitude changes of all curves, from simulations of few stalks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.discovery.changed_curves import Carried, following
+from ramiefenics.discovery.standing import Place, change_of
+from ramiefenics.specification import BendingTest
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """A step in two: by the numbers in which specimens differ, see `following`, and by the rest.
+
+    The first changes curves as it changes those without any effect, which are learned.
+
+    Attributes
+    ----------
+    bare, bare_after
+        Specifications without effects, before and after the first.
+    before, between, after
+        Specifications before, between and after the two.
+    carried
+        What the second takes.
+    known
+        Whether the curve before them is one without effects, and so learned, of every stalk.
+    """
+
+    bare: Sequence[BendingTest]
+    bare_after: Sequence[BendingTest]
+    before: Sequence[BendingTest]
+    between: Sequence[BendingTest]
+    after: Sequence[BendingTest]
+    carried: Carried
+    known: Sequence[bool]
+
+    @classmethod
+    def of(
+        cls,
+        bare: Sequence[BendingTest],
+        before: Sequence[BendingTest],
+        after: Sequence[BendingTest],
+    ) -> Stepping:
+        """Choose what is simulated.
+
+        Parameters
+        ----------
+        bare, before, after
+            Specifications without any effect, as they are, and after the step.
+        """
+        between = following(before, after)
+        bare, bare_after = (following(bare, some) for some in (before, between))
+        known = [
+            Place.of(one).is_at(Place.of(other)) for one, other in zip(bare, before, strict=True)
+        ]
+        return cls(bare, bare_after, before, between, after, Carried.of(between, after), known)
+
+    @property
+    def simulated(self) -> list[BendingTest]:
+        """Specifications of which curves are wanted."""
+        pairs = zip(self.bare, self.bare_after, strict=True)
+        chosen = self.carried.chosen
+        return [
+            *(one for i, pair in enumerate(pairs) if self._follows(i) for one in pair),
+            *(self.after[i] for i in chosen),
+            *(self.between[i] for i in chosen if not self.known[i]),
+        ]
+
+    def stepped(
+        self, curves: Sequence[pd.DataFrame], of: Callable[[BendingTest], pd.DataFrame]
+    ) -> list[pd.DataFrame]:
+        """Return curves after the step.
+
+        Parameters
+        ----------
+        curves
+            Before it.
+        of
+            Returns those of `simulated`.
+        """
+        followed = list(curves)
+        for i, curve in enumerate(curves):
+            if self._follows(i):
+                at, share = change_of(of(self.bare[i]), of(self.bare_after[i]))
+                factor = 1.0 + np.interp(curve["displacement_mm"], at, share)
+                followed[i] = curve.assign(force_N=curve["force_N"] * factor)
+        pairs = {
+            i: (followed[i] if self.known[i] else of(self.between[i]), of(self.after[i]))
+            for i in self.carried.chosen
+        }
+        return self.carried.changed(followed, pairs)
+
+    def _follows(self, i: int) -> bool:
+        return self.between[i] is not self.before[i]
