@@ -80,6 +80,17 @@ def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk, forc
     assert abs(tapered / force(stalk) - 1.0) > 0.03
 
 
+def test_a_stalk_is_the_same_by_its_section_at_midspan(stalk):
+    """An ellipse that is turned, with a void off its axis: everything is similar to itself."""
+    full = replace(stalk, numerics=replace(stalk.numerics, domain="full"))
+    oval = placed(full, section_height_mm=13.0, rotation_deg=20.0, void_offset_mm=0.5)
+    tapered = EFFECTS["taper"].apply(placed(oval, measured_at_mm=-90.0), 0.01)
+    described = replace(tapered, stalk=tapered.stalk.measured_at_midspan())
+    one, other = (build_tube(test, MPI.COMM_SELF).mesh.geometry.x for test in (tapered, described))
+    assert described.stalk.outer_diameter_mm == pytest.approx(14.23 - 0.9)
+    assert other == pytest.approx(one, abs=1e-5)  # Gmsh finds places on arcs by iteration
+
+
 def test_taper_refuses_the_symmetric_model(stalk):
     with pytest.raises(rf.SpecificationError, match=r"numerics\.domain.*half or full"):
         placed(stalk, taper=0.01)

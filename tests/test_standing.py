@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.changed_curves import changed_curves
+from ramiefenics.discovery.changed_curves import changed_curves, following
 from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
+from ramiefenics.discovery.stepping import Stepping
 
 OUTER = "stalk.layers.phloem.outer_diameter_mm"
 
@@ -101,7 +102,8 @@ def test_a_curve_without_force_is_refused() -> None:
 def beam(test: rf.BendingTest) -> pd.DataFrame:
     """A curve that bends over, whose force follows from diameter, span and friction."""
     x = np.linspace(0.0, 14.0, 29)
-    size = test.stalk.outer_diameter_mm**4 / test.fixture.span_mm**3 * test.stalk.stiffness_factor
+    diameter = test.stalk.measured_at_midspan().outer_diameter_mm
+    size = diameter**4 / test.fixture.span_mm**3 * test.stalk.stiffness_factor
     force = size * x / (1.0 + 0.05 * x) * (1.0 + 0.2 * test.fixture.friction.static * x / 14.0)
     return pd.DataFrame({"displacement_mm": x, "force_N": force, "by": 0.5 * force})
 
@@ -150,3 +152,33 @@ def test_a_changed_stalk_that_does_not_reach_the_end_is_refused(
             changed,
             lambda tests: [beam(test).iloc[:20] for test in tests],
         )
+
+
+def test_changes_by_which_specimens_differ_are_not_carried_over(
+    stalks: list[rf.BendingTest],
+) -> None:
+    """With a taper, diameters that were measured elsewhere are others at midspan."""
+    xylem, void = "stalk.layers.xylem.outer_diameter_mm", "stalk.void_diameter_mm"
+    measured = [
+        rf.override(test, [f"stalk.measured_at_mm={z}", f"{xylem}={d}", f"{void}={d - 5.5}"])
+        for test, z, d in zip(stalks, (-90, 90, -90, 60), (12.7, 13.1, 12.9, 13.0), strict=True)
+    ]
+    tapered = [rf.EFFECTS["taper"].apply(test, 0.005) for test in measured]
+    between = following(measured, tapered)
+    diameters = [test.stalk.outer_diameter_mm for test in between]
+    assert diameters == pytest.approx([14.0 - 0.45, 14.6 + 0.45, 14.3 - 0.45, 14.23 + 0.3])
+    assert {test.stalk.taper for test in between} == {0.0}
+    stepping = Stepping.of(measured, measured, tapered)
+    plain = [test for test in stepping.simulated if test.stalk.taper == 0.0]
+    assert len(stepping.simulated) - len(plain) == 2  # of all four: one, and that of another span
+    found = stepping.stepped([beam(test) for test in measured], beam)
+    for curve, test in zip(found, tapered, strict=True):  # exact: its formula knows no taper
+        assert curve["force_N"].to_numpy() == pytest.approx(beam(test)["force_N"].to_numpy())
+
+
+def test_places_to_either_side_are_different(stalks: list[rf.BendingTest]) -> None:
+    """A void that is off the axis, to the side of the supports."""
+    places = [
+        Place.of(rf.override(stalks[0], [f"stalk.void_offset_mm={mm}"])) for mm in (-0.4, -0.2, 0.2)
+    ]
+    assert not any(places[i].is_at(places[j]) for i, j in ((0, 1), (1, 2), (0, 2)))

@@ -194,7 +194,7 @@ class Fitter:
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
             log.info("moving by %.3g of the way, to effects %s", share, amounts)
             try:
-                return self._predictor.linearise(wanted, suspects, self._smooth)
+                return self._predictor.linearise(wanted, suspects, self._smooth, roughly=True)
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:

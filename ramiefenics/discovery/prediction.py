@@ -66,7 +66,11 @@ class Predictor:
         return other
 
     def linearise(
-        self, model: Model, suspects: Mapping[str, Effect], smooth: bool = False
+        self,
+        model: Model,
+        suspects: Mapping[str, Effect],
+        smooth: bool = False,
+        roughly: bool = False,
     ) -> Linearised:
         """Find every curve with derivatives by the log factors, and by amplitudes.
 
@@ -81,6 +85,9 @@ class Predictor:
             Where, and effects whose signatures are wanted.
         smooth
             Whether to refuse a stalk that jumps.
+        roughly
+            Whether to do without what the model's effects add to the change on a finer mesh, where
+            that is not known yet.
 
         Raises
         ------
@@ -91,9 +98,11 @@ class Predictor:
         tests = self.tests(model)
         bare = following(self.tests(dataclasses.replace(model, effects={})), tests)
         tasks = [self.task(test, model.factors, smooth) for test in bare]
-        answers = self.runs.map([*tasks, *self._soon(model)])  # the latter on idle processors
+        needed = dataclasses.replace(model, effects={}) if roughly else model
+        answers = self.runs.map([*tasks, *self._soon(needed)])  # the latter on idle processors
         raw = [done.result() for done in answers[: len(tasks)]]
         raw = changed_curves(raw, bare, tests, self.plain)
+        self._learn_changes(needed)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_factors, by_mesh = self._slopes(model, tests, curves, force)
@@ -105,10 +114,13 @@ class Predictor:
         """Return the same with the forces of every curve simulated, none of them learned."""
         tests = self.tests(curves.model)
         tasks = [self.task(test) for test in tests]
+        soon = self._soon(curves.model)
         if isinstance(self.runs, LearnedCurves):
-            raw = [done.result() for done in self.runs.map(tasks, exact=True)]
+            answers = self.runs.map([*tasks, *soon], exact=True)
         else:
-            raw = simulated(self.runs, tasks)
+            answers = self.runs.map([*tasks, *soon])
+        raw = [done.result() for done in answers[: len(tasks)]]
+        self._learn_changes(curves.model)
         force = self.read(tests, self.extrapolated(raw, curves.model))
         by_cells = force - self.read(tests, raw)
         return dataclasses.replace(curves, force=force, mesh_correction=by_cells)
@@ -183,13 +195,13 @@ class Predictor:
         """
         return self._changes_of(self._tests)
 
-    def _change_by(self, effect: Effect) -> Array:
-        """Return what an effect adds to the first curve's change, per amplitude, shape (m,)."""
-        if effect.name not in self._by_effect:
-            step, changed = self._first_with(effect)
-            more = self._changes_of(changed)[0] - self._mesh_changes[0]
-            self._by_effect[effect.name] = more / step
-        return self._by_effect[effect.name]
+    def _learn_changes(self, model: Model) -> None:
+        """Find what effects add to the first curve's change, per amplitude, shape (m,) each."""
+        for name, (effect, _) in model.effects.items():
+            if name not in self._by_effect:
+                step, changed = self._first_with(effect)
+                more = self._changes_of(changed)[0] - self._mesh_changes[0]
+                self._by_effect[name] = more / step
 
     def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
         """Return an amplitude that is possible, and the first specification with it."""
@@ -234,8 +246,9 @@ class Predictor:
     def extrapolated(self, curves: Sequence[pd.DataFrame], model: Model) -> list[pd.DataFrame]:
         """Return all curves for vanishing cells."""
         changes, found = self._mesh_changes, []
-        for effect, amplitude in model.effects.values():
-            changes = changes + amplitude * self._change_by(effect)
+        for name, (_, amplitude) in model.effects.items():
+            if name in self._by_effect:
+                changes = changes + amplitude * self._by_effect[name]
         for at, curve, change in zip(self._at, curves, changes, strict=True):
             factor = 1.0 + limit()[0] * np.interp(curve["displacement_mm"], at, change)
             forces = curve.drop(columns="displacement_mm").mul(factor, axis=0)

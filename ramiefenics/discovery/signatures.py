@@ -117,7 +117,7 @@ def signatures(
                 found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
             else:
                 after = stepping[name].stepped(raw, lambda test: plain[id(test)].result())
-                if name in model.effects:  # only then is its own change by the mesh known
+                if name in model.effects:  # only then may its own change by the mesh be known
                     there = model.changed(effect, model.amplitude(name) + steps[name])
                 else:
                     there = model
