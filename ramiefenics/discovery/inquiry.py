@@ -156,7 +156,9 @@ class _Inquiry:
         for group in causes.groups():
             name = next((name for name in group if name in fit.chosen), None)
             if name is not None:
-                specimen, gain = least_gain(fit, name)
+                others = [other for other in fit.chosen if other != name]
+                fitted = causes.gain(fit.chosen) - causes.gain(others)
+                specimen, gain = least_gain(fit, name, fitted)
                 if gain < ENOUGH:
                     who = self._dataset.specimens[specimen]
                     self._reasons[name] = f"rests on {who}: without it the gain is {gain:.1f}"

@@ -4,10 +4,10 @@ Derivatives tell little of a set far from where they were found: there, a set of
 not in the data may seem to explain them better than those that are. So the evidence of a set counts
 where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
 baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
-better than all before it, those with one effect more. Small ones are tried first, and given up
-where they are hopeless as soon as they are simulated. Those that come near the best in the end, and
-the baseline, are fitted on, with every curve simulated, until they stay where they are: errors of a
-few thousandths of the peak, of learned curves or of linearisations, are worth odds of a hundred.
+fitted, those with one effect more. Small ones are tried first, and given up where they are hopeless
+as soon as they are simulated. Those that come near the best in the end, and the baseline, are
+fitted on, with every curve simulated, until they stay where they are: errors of a few thousandths
+of the peak, of learned curves or of linearisations, are worth odds of a hundred.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Search:
     def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
         """Return the best set that was reached, and the posterior over all sets there.
 
-        Sets that were reached have their own evidence in it, others that of the derivatives.
+        See `_with_own`.
 
         Parameters
         ----------
@@ -132,10 +132,9 @@ class Search:
             names = self._most_promising()
             if names is None:
                 break
-            before = self._best
             self._settle(names)
-            if self._best is not before:
-                self._propose(self._best)
+            if names in self._reached:
+                self._propose(self._reached[names])
         if self._promised:
             self._finish()
         fit = self._best.fitted.fit
@@ -171,8 +170,8 @@ class Search:
             top = max((score for _, score in alike), default=-math.inf)
             for names, score in alike:
                 if score > max(top - RIVAL, least + PROMISING):
-                    gain = score - found.score(start.names)
-                    self._promised[names] = start.score + gain
+                    promise = start.score + score - found.score(start.names)
+                    self._promised[names] = max(promise, self._promised.get(names, promise))
             least = max(least, top)
         if not here:
             singles = [(score, names) for names, score in larger if len(names) == 1]
@@ -182,7 +181,12 @@ class Search:
     def _most_promising(self) -> Names | None:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
-        left = [names for names in self._promised if names not in known]
+        least = self._best.score - RIVAL
+        left = [
+            names
+            for names, promise in self._promised.items()
+            if names not in known and (len(names) == 1 or promise > least)
+        ]
         return min(left, key=lambda names: (len(names), -self._promised[names]), default=None)
 
     def _settle(self, names: Names) -> None:
@@ -256,9 +260,20 @@ class Search:
         return find_causes(reached.fitted.fit.evidence, self.refused)
 
     def _with_own(self, found: Causes) -> Causes:
-        """Return the posterior with the sets' own evidence, where they were reached."""
-        log_evidence = found.log_evidence.copy()
+        """Return the posterior with the sets' own evidence, where they were reached.
+
+        What adds to a set that comes near the best has that of the derivatives where it fits;
+        others do not count.
+        """
+        log_evidence = np.full(len(found.sets), -np.inf)
+        for names, reached in self._reached.items():
+            if reached.score > self._best.score - CLOSE:
+                there = found if reached is self._best else self._compared(reached)
+                part = {found.names.index(name) for name in names}
+                larger = np.array([part <= set(chosen) for chosen in found.sets])
+                own = there.log_evidence + reached.score - there.score(names)
+                log_evidence[larger] = np.maximum(log_evidence, own)[larger]
         for names, reached in self._reached.items():
             row = found.row(names)
-            log_evidence[row] += reached.score - found.score(names)
+            log_evidence[row] = found.log_evidence[row] + reached.score - found.score(names)
         return dataclasses.replace(found, log_evidence=log_evidence)

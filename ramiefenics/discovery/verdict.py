@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
+from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import log_evidence
 
@@ -64,17 +66,31 @@ def decide(
     return "conflict" if conflict < SIGNIFICANCE else "none"
 
 
-def least_gain(fit: Fit, name: str) -> tuple[int, float]:
+def least_gain(fit: Fit, name: str, fitted: float) -> tuple[int, float]:
     """Return the specimen without which an effect gains least, and how much that is.
 
     No single specimen, whose handling may be its own, is to decide.
+
+    Parameters
+    ----------
+    fit, name
+        A set of effects that is fitted, and one of them.
+    fitted
+        What that gains in log-evidence over the others, each set where it fits. By the derivatives
+        where all are fitted it may be less; they tell what a specimen contributes.
     """
     others = [other for other in fit.chosen if other != name]
     scatter = dataclasses.replace(fit.scatter, spread={})
-    gains = {}
-    for specimen in fit.evidence.whole:
-        rest = fit.evidence.blind_to(fit.evidence.blocks.specimen == specimen)
-        both = (log_evidence(rest, chosen, scatter) for chosen in (fit.chosen, others))
-        gains[specimen] = next(both) - next(both)
+
+    def gain(evidence: Evidence) -> float:
+        both = (log_evidence(evidence, chosen, scatter) for chosen in (fit.chosen, others))
+        return next(both) - next(both)
+
+    blocks = fit.evidence.blocks
+    gains = {
+        specimen: gain(fit.evidence.blind_to(blocks.specimen == specimen))
+        for specimen in fit.evidence.whole
+    }
     worst = min(gains, key=lambda specimen: gains[specimen])
-    return worst, gains[worst]
+    more = max(fitted - gain(fit.evidence), 0.0) if math.isfinite(fitted) else 0.0
+    return worst, gains[worst] + more
