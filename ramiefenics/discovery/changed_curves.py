@@ -119,14 +119,14 @@ def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> li
     before, after
         Specifications, as they are and changed.
     """
-    normal = [numbers(normalised(test)[0]) for test in before]
     values: dict[tuple[Path, ...], list[dict[Path, float]]] = {}
-    for numbered in normal:
-        values.setdefault(tuple(numbered), []).append(numbered)
+    normal = [numbers(normalised(test)[0]) for test in before]
+    for old in normal:
+        values.setdefault(tuple(old), []).append(old)
     found = []
-    for test, other, numbered in zip(before, after, normal, strict=True):
-        alike = values[tuple(numbered)]
-        varied = [path for path in numbered if len({one[path] for one in alike}) > 1]
+    for test, other, old in zip(before, after, normal, strict=True):
+        alike = values[tuple(old)]
+        varied = [path for path in old if len({one[path] for one in alike}) > 1]
         found.append(_following(test, other, varied))
     return found
 

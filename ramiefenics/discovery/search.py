@@ -53,7 +53,8 @@ PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
 RIVAL = 5.0
-"""By how much a set may be less probable by the derivatives than another of its size."""
+"""By how much a set may be less probable by the derivatives than another of its size, and a larger
+one than the best that was fitted."""
 
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
 """By how much a set may be less probable than the best, and still has every curve simulated; the
@@ -114,7 +115,8 @@ class Search:
     def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
         """Return the best set that was reached, and the posterior over all sets there.
 
-        See `_with_own`.
+        Sets that were reached have their own evidence in it. What adds to one that comes near the
+        best has that of the derivatives where it fits; others do not count.
 
         Parameters
         ----------
@@ -153,7 +155,8 @@ class Search:
     def none(self) -> float:
         """Probability that there is no effect, if there is no other set than those reached."""
         scores = np.array([reached.score for reached in self._reached.values()])
-        return float(1.0 / np.exp(scores - self._reached[()].score).sum())
+        shares = np.exp(scores - self._best.score)
+        return float(np.exp(self._reached[()].score - self._best.score) / shares.sum())
 
     @property
     def _best(self) -> Reached:
@@ -260,11 +263,7 @@ class Search:
         return find_causes(reached.fitted.fit.evidence, self.refused)
 
     def _with_own(self, found: Causes) -> Causes:
-        """Return the posterior with the sets' own evidence, where they were reached.
-
-        What adds to a set that comes near the best has that of the derivatives where it fits;
-        others do not count.
-        """
+        """Return the posterior with the sets' own evidence, see `best`."""
         log_evidence = np.full(len(found.sets), -np.inf)
         for names, reached in self._reached.items():
             if reached.score > self._best.score - CLOSE:
