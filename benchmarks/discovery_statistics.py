@@ -20,9 +20,9 @@ import numpy as np
 from cases import Case, by_effect, cases, confusion, figure
 from record import DOCS, read_record, write_record
 
+from ramiefenics.discovery.bootstrap import p_value_of_effect, p_value_of_misfit
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import find_causes
-from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.evidence import Evidence, Suspect
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
@@ -76,10 +76,10 @@ def judge(evidence: Evidence, seed: int) -> dict[str, Any]:
     causes = find_causes(seen)
     seen = find_broken(seen, causes.best)
     causes = find_causes(seen)
-    p = chance_of_effect(seen, causes.nothing, rng)
+    p = p_value_of_effect(seen, causes.nothing, rng)
     chosen = causes.best if p < SIGNIFICANCE else ()
     fit = Fit(seen, chosen, fit_scatter(seen, chosen))
-    misfit = chance_of_misfit(fit, rng)
+    misfit = p_value_of_misfit(fit, rng)
     groups = causes.groups()
     conflict = fit.conflict()
     return {

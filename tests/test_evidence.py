@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import ramiefenics as rf
-from ramiefenics.discovery import chance
+from ramiefenics.discovery import bootstrap
 from ramiefenics.discovery.blocks import Blocks
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import all_sets, find_causes, log_evidence_gains, log_priors
@@ -246,15 +246,15 @@ def test_what_is_left_of_an_imitated_signature_excludes_nothing():
 
 
 @pytest.mark.slow
-def test_chances_are_uniform_where_there_is_nothing(monkeypatch):
+def test_p_values_are_uniform_where_there_is_nothing(monkeypatch):
     """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""
-    monkeypatch.setattr(chance, "DRAWS", 300)
+    monkeypatch.setattr(bootstrap, "DRAWS", 300)
     effects, misfits = [], []
     for k in range(60):
         found, rng = evidence({}, seed=100 + k), np.random.default_rng(k)
         nothing = fit_scatter(found)
-        effects.append(chance.chance_of_effect(found, nothing, rng))
-        misfits.append(chance.chance_of_misfit(Fit(found, (), nothing), rng))
+        effects.append(bootstrap.p_value_of_effect(found, nothing, rng))
+        misfits.append(bootstrap.p_value_of_misfit(Fit(found, (), nothing), rng))
     for p in (0.1, 0.3, 0.5, 0.7):
         for values in (effects, misfits):
             assert abs(np.mean(np.array(values) < p) - p) < 4.0 * (p * (1 - p) / 60) ** 0.5
@@ -265,7 +265,7 @@ def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(size, seen)
     found = evidence({}, seed=7)
     found = replace(found, residual=found.residual + size * np.cos(3 * np.pi * X))
     nothing, rng = fit_scatter(found), np.random.default_rng(8)
-    assert (chance.chance_of_misfit(Fit(found, (), nothing), rng) < 0.005) == seen
+    assert (bootstrap.p_value_of_misfit(Fit(found, (), nothing), rng) < 0.005) == seen
 
 
 def test_gain_counts_specimens_not_points():

@@ -16,7 +16,7 @@ from ramiefenics.model.jit import compile_expression, compile_form
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tissue import tissue_fields
 from ramiefenics.model.tube import SURFACES, TubeMesh, build_tube
-from ramiefenics.solve.rest import settle
+from ramiefenics.solve.rest import come_to_rest
 from ramiefenics.verification.block import BoundaryValueProblem, block, layers, second_order
 from ramiefenics.verification.point import Point
 
@@ -103,7 +103,7 @@ def test_cylinders_just_touch_the_stalk_at_rest(coarse: rf.BendingTest) -> None:
     test = with_(rf.override(coarse, ["numerics.domain=half"]), growth_stress=0.004)
     problem = BendingProblem(test, MPI.COMM_SELF)
     fronts = [obstacle.front_mm for obstacle in problem.contact.obstacles]
-    settle(problem)
+    come_to_rest(problem)
     assert np.linalg.norm(problem.displacement.x.array) > 0.0
     sums = problem.contact.sums()
     assert [s.force_y_N for s in sums] == [0.0] * 3

@@ -37,7 +37,7 @@ from ramiefenics.model.observables import Observer
 from ramiefenics.model.solid import Solid
 from ramiefenics.published.stalks import XYLEM
 from ramiefenics.solve.quasistatic import QuasiStatic
-from ramiefenics.solve.rest import settle
+from ramiefenics.solve.rest import come_to_rest
 from ramiefenics.specification import Elastic
 from ramiefenics.verification.block import all_around, block, layers, second_order
 
@@ -307,7 +307,7 @@ def test_inverted_cells_are_told_by_nan() -> None:
 def check_contact(test: BendingTest) -> None:
     """Contact's forces and stiffness after some steps, off equilibrium, against the form."""
     problem = BendingProblem(test, MPI.COMM_SELF)
-    settle(problem)
+    come_to_rest(problem)
     observer = Observer(problem)
     stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
     assert [step.travel_mm for step in stepper.steps()][-1] == pytest.approx(0.5)

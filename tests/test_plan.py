@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import ramiefenics as rf
 from ramiefenics.cli import app
-from ramiefenics.discovery.chance import chance_of_effect
+from ramiefenics.discovery.bootstrap import p_value_of_effect
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.power import Design, power, predicted_evidence, repeated
 from ramiefenics.discovery.scatter import Scatter
@@ -97,5 +97,5 @@ def test_the_promised_power_is_kept(name: str) -> None:
         drawn = evidence.blocks.curves(evidence.draw(true, 1, rng))[:, 0]
         residual = drawn + amplitude * evidence.suspects[name].signature
         measured = replace(evidence, residual=residual)
-        found += chance_of_effect(measured, fit_scatter(measured), rng) < SIGNIFICANCE
+        found += p_value_of_effect(measured, fit_scatter(measured), rng) < SIGNIFICANCE
     assert found >= 33

@@ -49,9 +49,9 @@ def parse_term(text: str, names: Sequence[str]) -> Term | None:
     short = re.sub(r"[\s*:]", "", text.replace("**", "^"))
     if short.lower() in ("constant", "intercept"):
         return (0,) * len(names)
-    bare = [name.replace(" ", "") for name in names]
+    plain = [name.replace(" ", "") for name in names]
     for term in model_terms(len(names), "quadratic")[1:]:
-        factors = [name for name, power in zip(bare, term, strict=True) for _ in range(power)]
+        factors = [name for name, power in zip(plain, term, strict=True) for _ in range(power)]
         known = {"".join(factors), "".join(reversed(factors))}
         if max(term) == 2:
             known.add(f"{factors[0]}^2")

@@ -39,7 +39,7 @@ def findings(found: Discovery) -> list[str]:
 
 
 def _verdict(found: Discovery) -> str:
-    p = _chance(found)
+    p = _p_value(found)
     if found.verdict == "none":
         names = ", ".join(found.factor_moves)
         return (
@@ -72,7 +72,7 @@ def _verdict(found: Discovery) -> str:
     )
 
 
-def _chance(found: Discovery) -> str:
+def _p_value(found: Discovery) -> str:
     """Return how probable it is that there is nothing."""
     p = f"p = {found.p_value:.2g}"
     if found.extended is None or found.p_value < SIGNIFICANCE:

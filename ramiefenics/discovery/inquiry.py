@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.discovery.anatomy import Anatomist, Anatomy
+from ramiefenics.discovery.bootstrap import p_value_of_effect, p_value_of_misfit
 from ramiefenics.discovery.causes import Causes
-from ramiefenics.discovery.chance import chance_of_effect, chance_of_misfit
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.gain import condition_gain, gains
@@ -120,8 +120,8 @@ class _Inquiry:
         curves, seen = self._signatures(baseline)
         evidence, causes = self._fitter.compare(curves, seen)
         nothing = Fit(evidence, (), causes.nothing)
-        p_value = chance_of_effect(evidence, causes.nothing, self._rng)
-        before = chance_of_misfit(nothing, self._rng)
+        p_value = p_value_of_effect(evidence, causes.nothing, self._rng)
+        before = p_value_of_misfit(nothing, self._rng)
         self._stage("fitting the most probable sets of suspects", 3 * number)
         search = Search(self._fitter, curves, seen)
         best, causes = search.best(evidence, causes)
@@ -209,7 +209,7 @@ class _Inquiry:
             log_evidence_gains=log_gains,
             learned=learned,
             test=baseline.curves.model.test(self._dataset.baseline, learned.fit.mean_log_factors),
-            misfit_p_value=chance_of_misfit(learned.fit, self._rng),
+            misfit_p_value=p_value_of_misfit(learned.fit, self._rng),
             gain=gain,
             shape_gain=shape,
         )
@@ -220,11 +220,11 @@ class _Inquiry:
         nothing: Fit,
         extended: Fitted | None,
         causes: Causes,
-        chances: tuple[float, float],
+        none: tuple[float, float],
         before: float,
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
-        left = before if extended is None else chance_of_misfit(last, self._rng)
+        left = before if extended is None else p_value_of_misfit(last, self._rng)
         groups = () if extended is None else self._believed(last, causes)
         conflict = last.conflict()
         gain = shape = elsewhere = None
@@ -235,7 +235,7 @@ class _Inquiry:
             )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
         alone = extended is not None and len(groups) < len(causes.groups())
-        p_value, fitted_none = chances
+        p_value, fitted_none = none
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)
         return Discovery(

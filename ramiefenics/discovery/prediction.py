@@ -96,12 +96,12 @@ class Predictor:
             does not reach the end, or jumps and must not.
         """
         tests = self.tests(model)
-        bare = following(self.tests(dataclasses.replace(model, effects={})), tests)
-        tasks = [self.task(test, model.factors, smooth) for test in bare]
+        without = following(self.tests(dataclasses.replace(model, effects={})), tests)
+        tasks = [self.task(test, model.factors, smooth) for test in without]
         needed = dataclasses.replace(model, effects={}) if roughly else model
         answers = self.runs.map([*tasks, *self._soon(needed)])  # the latter on idle processors
         raw = [done.result() for done in answers[: len(tasks)]]
-        raw = changed_curves(raw, bare, tests, self.plain)
+        raw = changed_curves(raw, without, tests, self.plain)
         self._learn_changes(needed)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)

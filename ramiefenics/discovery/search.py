@@ -129,12 +129,12 @@ class Search:
         if certain := causes.certain():
             self._promised[certain] = math.inf  # whatever its size
         if self._promised:
-            self._settle(())  # as near to where it fits as they will be
+            self._fit_set(())  # as near to where it fits as they will be
         for _ in range(MOST_SETS):
             names = self._most_promising()
             if names is None:
                 break
-            self._settle(names)
+            self._fit_set(names)
             if names in self._reached:
                 self._propose(self._reached[names])
         if self._promised:
@@ -192,7 +192,7 @@ class Search:
         ]
         return min(left, key=lambda names: (len(names), -self._promised[names]), default=None)
 
-    def _settle(self, names: Names) -> None:
+    def _fit_set(self, names: Names) -> None:
         """Fit a set, beginning at the best part of it that was reached."""
         parts = [one for part, one in self._reached.items() if set(part) <= set(names)]
         start = max(parts, key=lambda one: one.score).fitted

@@ -96,12 +96,12 @@ def signatures(
         Whether to refuse a stalk that jumps where derivatives are asked for.
     """
     tests = predictor.tests(model)
-    bare = predictor.tests(dataclasses.replace(model, effects={}))
+    without = predictor.tests(dataclasses.replace(model, effects={}))
     moved, steps, refused = _moved(predictor, model, suspects)
     along = _along(model, tests, {name: suspects[name] for name in moved})
     places = [Place.of(test) for test in tests]
     standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
-    stepping = {n: Stepping.of(bare, tests, some) for n, some in moved.items() if n not in along}
+    stepping = {n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along}
     derived, plain = _simulated(predictor, tests, standing, along, stepping, smooth)
     curves = predictor.extrapolated(raw, model)
     force = predictor.read(tests, curves)

@@ -21,7 +21,7 @@ class Stepping:
 
     Attributes
     ----------
-    bare, bare_after
+    without, without_after
         Specifications without effects, before and after the first.
     before, between, after
         Specifications before, between and after the two.
@@ -31,8 +31,8 @@ class Stepping:
         Whether the curve before them is one without effects, and so learned, of every stalk.
     """
 
-    bare: Sequence[BendingTest]
-    bare_after: Sequence[BendingTest]
+    without: Sequence[BendingTest]
+    without_after: Sequence[BendingTest]
     before: Sequence[BendingTest]
     between: Sequence[BendingTest]
     after: Sequence[BendingTest]
@@ -42,7 +42,7 @@ class Stepping:
     @classmethod
     def of(
         cls,
-        bare: Sequence[BendingTest],
+        without: Sequence[BendingTest],
         before: Sequence[BendingTest],
         after: Sequence[BendingTest],
     ) -> Stepping:
@@ -50,20 +50,22 @@ class Stepping:
 
         Parameters
         ----------
-        bare, before, after
+        without, before, after
             Specifications without any effect, as they are, and after the step.
         """
         between = following(before, after)
-        bare, bare_after = (following(bare, some) for some in (before, between))
+        without, without_after = (following(without, some) for some in (before, between))
         known = [
-            Place.of(one).is_at(Place.of(other)) for one, other in zip(bare, before, strict=True)
+            Place.of(one).is_at(Place.of(other)) for one, other in zip(without, before, strict=True)
         ]
-        return cls(bare, bare_after, before, between, after, Carried.of(between, after), known)
+        return cls(
+            without, without_after, before, between, after, Carried.of(between, after), known
+        )
 
     @property
     def simulated(self) -> list[BendingTest]:
         """Specifications of which curves are wanted."""
-        pairs = zip(self.bare, self.bare_after, strict=True)
+        pairs = zip(self.without, self.without_after, strict=True)
         chosen = self.carried.chosen
         return [
             *(one for i, pair in enumerate(pairs) if self._follows(i) for one in pair),
@@ -86,7 +88,7 @@ class Stepping:
         followed = list(curves)
         for i, curve in enumerate(curves):
             if self._follows(i):
-                at, share = change_of(of(self.bare[i]), of(self.bare_after[i]))
+                at, share = change_of(of(self.without[i]), of(self.without_after[i]))
                 factor = 1.0 + np.interp(curve["displacement_mm"], at, share)
                 followed[i] = curve.assign(force_N=curve["force_N"] * factor)
         pairs = {

@@ -142,7 +142,7 @@ class BendingProblem:
             self.film.take_over(before.film)
         self._touch()
 
-    def settle(self) -> None:
+    def begin_at_rest(self) -> None:
         """Let the current displacement be that at rest, where every cylinder just touches."""
         self._touch()
         self.solid.duration.value = LONG_S
@@ -161,7 +161,7 @@ class BendingProblem:
             depths = [depth(obstacle.cylinder, obstacle.front_mm, x[nodes]) for x in (at, now)]
             before, after = (mesh.comm.allreduce(value, op=MPI.MAX) for value in depths)
             rises.append(obstacle.cylinder.up * (after - before))
-        self.contact.settle(rises)
+        self.contact.begin(rises)
         self._rest[:] = self.solid.displacement.x.array
 
     def place(self, travel: float, duration_s: float) -> None:

@@ -347,7 +347,7 @@ class Contact:
         self._motion.x.array[:] = 0.0
         self._descent_mm, self._further_mm = self._descent_mm + self._further_mm, 0.0
 
-    def settle(self, rises_mm: Sequence[float]) -> None:
+    def begin(self, rises_mm: Sequence[float]) -> None:
         """Let slip count from the current displacement, and each obstacle start higher by so much.
 
         Nothing has touched yet.

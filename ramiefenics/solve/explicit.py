@@ -30,7 +30,7 @@ from ramiefenics.solve.explicit_result import (
 from ramiefenics.solve.interrupt import StopRequest, stop_on_interrupt
 from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.quasistatic import Ending
-from ramiefenics.solve.rest import settle
+from ramiefenics.solve.rest import come_to_rest
 from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.sources import Source, as_test
 
@@ -282,7 +282,7 @@ def simulate_explicitly(
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)
     problem = BendingProblem(dataclasses.replace(test, numerics=unsearched), comm, tube)
-    settle(problem)
+    come_to_rest(problem)
     moving = ExplicitTest(problem)
     log.info("%d unknowns, law %s, %d ranks", problem.unknowns, test.law, comm.size)
     points: list[Point] = []

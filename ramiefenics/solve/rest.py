@@ -9,7 +9,7 @@ from ramiefenics.solve.quasistatic import SMALLEST_SCALE_N
 from ramiefenics.specification import SpecificationError
 
 
-def settle(problem: BendingProblem) -> None:
+def come_to_rest(problem: BendingProblem) -> None:
     """Let a stalk come to rest; one without growth stress is at rest.
 
     Its cut ends are free, and beneath them the stress decays.
@@ -31,4 +31,4 @@ def settle(problem: BendingProblem) -> None:
     if not outcome.converged:
         allowed = f"must leave an equilibrium without load: {outcome.reason}"
         raise SpecificationError("stalk.tissue.growth_strain", strain, allowed)
-    problem.settle()
+    problem.begin_at_rest()

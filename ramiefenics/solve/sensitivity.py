@@ -22,7 +22,7 @@ from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.equations import Array
 from ramiefenics.model.observables import Observer
 from ramiefenics.solve.quasistatic import QuasiStatic
-from ramiefenics.solve.rest import settle
+from ramiefenics.solve.rest import come_to_rest
 from ramiefenics.solve.simulate import simulate
 from ramiefenics.solve.tangent import Tangent
 from ramiefenics.specification import BendingTest, SpecificationError
@@ -110,7 +110,7 @@ def sensitivities(
     test = as_test(test).alone
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
-    settle(problem)
+    come_to_rest(problem)
     observe = Observer(problem).observe
     stepper = QuasiStatic(problem, observe, test.protocol, test.numerics.stepping, jumps)
     twins = {name: _Twin.make(problem, parameter) for name, parameter in parameters.items()}
@@ -172,7 +172,7 @@ class _Twin:
         if test.numerics.domain != base.test.numerics.domain:
             return None
         twin = BendingProblem(test, comm, base.tube if _same_mesh(base.test, test) else None)
-        settle(twin)
+        come_to_rest(twin)
         same = comm.allreduce(_same_topology(base, twin), op=MPI.LAND)
         return cls(base, twin, parameter.typical, amount) if same else None
 
@@ -190,7 +190,7 @@ class _Twin:
         return np.asarray(self._residual.array_r)
 
     @property
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """Whether no correction is needed, or would help."""
         *_, before, now = self._sizes
         return now <= ACCURACY * self._sizes[0] or now > 0.5 * before
@@ -249,7 +249,7 @@ def _follow(
         corrections = tangent.apply_factors(np.array([twin.error for twin in left]))
         for twin, correction in zip(left, corrections, strict=True):
             twin.correct(correction, residual)
-        left = [twin for twin in left if not twin.settled]
+        left = [twin for twin in left if not twin.converged]
     return {name: twin.slope(force_N) for name, twin in twins.items() if twin.is_smooth(force_N)}
 
 

@@ -18,7 +18,7 @@ from ramiefenics.model.snapshot import Camera, Snapshot
 from ramiefenics.model.tube import TubeMesh, build_tube
 from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
-from ramiefenics.solve.rest import settle
+from ramiefenics.solve.rest import come_to_rest
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.solve.solutions import Solutions
 from ramiefenics.specification import BendingTest, SpecificationError
@@ -79,7 +79,7 @@ def simulate(
     cylinders = [cylinder for one in test.tests for cylinder in one.fixture.cylinders]
     tube = build_tube(first, comm, cylinders) if tube is None else tube
     problem = BendingProblem(first, comm, tube)
-    settle(problem)
+    come_to_rest(problem)
     done = [_bend(problem, start, on_step, solutions)]
     for one in further:
         if not done[-1].completed:

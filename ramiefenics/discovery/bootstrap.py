@@ -1,4 +1,4 @@
-"""How often chance alone makes what was found: parametric bootstrap, scatter fitted anew."""
+"""P-values by parametric bootstrap, the scatter fitted anew to every random data set."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ALTERNATIVES = 3
 otherwise taken for scatter."""
 
 
-def chance_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Generator) -> float:
+def p_value_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Generator) -> float:
     """Return the probability that some suspect explains as much where there is no effect.
 
     Parameters
@@ -69,10 +69,10 @@ def chance_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Genera
             gain = max(gain, more + found.log_evidence[0] + other.log_prior() - base)
         return float(gain)
 
-    return _chance(evidence, nothing, best_gain, rng)
+    return _p_value(evidence, nothing, best_gain, rng)
 
 
-def chance_of_misfit(fit: Fit, rng: np.random.Generator) -> float:
+def p_value_of_misfit(fit: Fit, rng: np.random.Generator) -> float:
     """Return the probability of what curves have in common beyond what a fit explains.
 
     Parameters
@@ -92,10 +92,10 @@ def chance_of_misfit(fit: Fit, rng: np.random.Generator) -> float:
         both = [e.whiten(scatter, data).reduce().log_evidence[0] for e in (wide, narrow)]
         return float(both[0] - both[1])
 
-    return _chance(narrow, fit.scatter, gain, rng)
+    return _p_value(narrow, fit.scatter, gain, rng)
 
 
-def _chance(
+def _p_value(
     evidence: Evidence,
     scatter: Scatter,
     statistic: Callable[[Scatter, Array | None], float],
