@@ -67,7 +67,7 @@ class Repeating:
         if not self._begun:
             tangent.begin()
             self._begun = True
-        if factorise:
+        if factorise and not np.array_equal(tangent.factorised_at, solution.factorised_at):
             self._u[:] = solution.factorised_at
             tangent.factorise()
         for number, displacement in enumerate(solution.path):
@@ -75,4 +75,6 @@ class Repeating:
                 self._problem.remember()
             self._u[:] = displacement
         tangent.iterations = solution.linear_iterations
+        if not solution.factorised:
+            tangent.forget()
         return solution.outcome

@@ -4,7 +4,8 @@ A factorisation costs as much as dozens of residuals, and the tangent changes li
 iteration to the next. It is applied as a difference quotient of the residual (Knoll and Keyes
 2004), and the factors of an older one precondition it until they are too old. For large models,
 whose factors would not fit, multigrid takes their place (Adams 2002), and as it needs more
-iterations, the assembled tangent that of the difference quotient.
+iterations, the assembled tangent that of the difference quotient; multigrid's own coarse matrices
+may be of an older one, too.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ DIFFERENCE_MM = 1e-7
 the pattern of contact."""
 
 OLD_ITERATIONS = 10
-"""A solve that took more is the last one with its factors."""
+"""A solve that took more is the last one with its preconditioner."""
 
 MAX_ITERATIONS = {"direct": 40, "iterative": 150}
 """Where a solve gives up; the direction it has is of use to Newton's line search nevertheless."""
@@ -62,7 +63,7 @@ class Tangent:
     iterations
         Linear iterations so far.
     factorised
-        Whether there are factors that serve the next solve; multigrid has none.
+        Whether there are factors, or multigrid's matrices, that serve the next solve.
     factorised_at
         Displacement at which they were made, with ghosts, shape (n,); another array for others.
     """
@@ -117,8 +118,7 @@ class Tangent:
         self._solver.getPC().setReusePreconditioner(False)
         self._solver.setUp()
         self._solver.getPC().setUp()  # which the solver leaves for later where it has been set up
-        if not self._iterative:
-            self.factorised, self.factorised_at = True, self._u.x.array.copy()
+        self.factorised, self.factorised_at = True, self._u.x.array.copy()
 
     def apply_factors(self, right: Array) -> Array:
         """Solve with the tangent that was factorised last, to the accuracy of its factors.
@@ -151,9 +151,9 @@ class Tangent:
         """
         fresh = not self.factorised
         if fresh:
+            self.factorised_at = self._u.x.array.copy()
+        if fresh or self._iterative:
             self.assemble(added)
-            if not self._iterative:
-                self.factorised_at = self._u.x.array.copy()
         self._u.x.petsc_vec.copy(self._state)
         b.copy(self._here)
         self._solver.getPC().setReusePreconditioner(not fresh)
@@ -165,7 +165,7 @@ class Tangent:
         self.iterations += iterations
         how = "fresh" if fresh else "reused"
         log.debug("    %d linear iterations with a %s preconditioner", iterations, how)
-        self.factorised = not self._iterative and iterations <= OLD_ITERATIONS
+        self.factorised = iterations <= OLD_ITERATIONS
 
     def multiply(self, direction: PETSc.Vec, product: PETSc.Vec) -> None:
         """Apply the tangent at the state of the last solve to a direction."""
