@@ -16,9 +16,10 @@ def problem(coarse: BendingTest) -> BendingProblem:
     return BendingProblem(coarse, MPI.COMM_SELF)
 
 
-@pytest.fixture
-def factors(problem: BendingProblem) -> SingleFactors:
-    found = single_factors(problem.equations.matrix)
+@pytest.fixture(params=[False, True], ids=["any", "symmetric"])
+def factors(problem: BendingProblem, request: pytest.FixtureRequest) -> SingleFactors:
+    """An untouched stalk's tangent is symmetric."""
+    found = single_factors(problem.equations.matrix, request.param)
     if found is None:
         pytest.skip("there is no MUMPS in single precision here")
     return found

@@ -72,10 +72,12 @@ class Equations:
         What is summed up.
     bcs
         Dirichlet conditions.
+    symmetric
+        Whether the derivative is, or nearly so.
 
     Attributes
     ----------
-    displacement, bcs
+    displacement, bcs, symmetric
         The same.
     """
 
@@ -84,7 +86,9 @@ class Equations:
         displacement: fem.Function,
         terms: Sequence[Term],
         bcs: list[fem.DirichletBC],
+        symmetric: bool = False,
     ) -> None:
+        self.symmetric = symmetric
         self.displacement, self.bcs, self._terms = displacement, bcs, terms
 
     def residual(self, b: PETSc.Vec) -> None:

@@ -10,11 +10,14 @@ static void call(SMUMPS_STRUC_C *mumps, int job)
   smumps_c(mumps);
 }
 
-/* Begins with a matrix of n rows; row and column of its entries count from 1, and stay in place. */
-void *begin(int communicator, int n, int64_t count, int *rows, int *columns, float *entries)
+/* Begins with a matrix of n rows; row and column of its entries count from 1, and stay in place. Of a
+   symmetric one the entries of mirrored places are added up. */
+void *begin(int communicator, int symmetric, int n, int64_t count, int *rows, int *columns,
+            float *entries)
 {
   SMUMPS_STRUC_C *mumps = calloc(1, sizeof(SMUMPS_STRUC_C));
   mumps->par = 1;
+  mumps->sym = symmetric ? 2 : 0;
   mumps->comm_fortran = communicator;
   call(mumps, -1);
   for (int i = 0; i < 4; ++i)

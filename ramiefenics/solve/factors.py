@@ -20,7 +20,7 @@ from ramiefenics.model.matrix import Matrix
 log = logging.getLogger(__name__)
 
 FUNCTIONS = """
-void *begin(int, int, int64_t, int *, int *, float *);
+void *begin(int, int, int, int64_t, int *, int *, float *);
 int factorise(void *);
 void solve(void *, int, float *);
 void end(void *);
@@ -46,6 +46,8 @@ class SingleFactors:
     ----------
     matrix
         What to factorise, on one rank. Its analysis is kept from one factorisation to the next.
+    symmetric
+        Whether to factorise its symmetric part, in two thirds of the time and half the memory.
 
     Raises
     ------
@@ -53,14 +55,15 @@ class SingleFactors:
         If there is no MUMPS in single precision, or no compiler.
     """
 
-    def __init__(self, matrix: Matrix) -> None:
+    def __init__(self, matrix: Matrix, symmetric: bool = False) -> None:
         module = library()
         self._lib, self._ffi = module.lib, module.ffi
-        self._values = matrix.values
+        self._values, self._symmetric = matrix.values, symmetric
         lengths = np.diff(matrix.starts)
         self._rows = np.repeat(np.arange(1, len(lengths) + 1, dtype=np.int32), lengths)
         self._columns = (matrix.columns + 1).astype(np.int32)
         self._entries = np.empty(len(self._values), dtype=np.float32)
+        self._shares = np.where(self._rows == self._columns, 1.0, 0.5) if symmetric else 1.0
         self._size = len(lengths)
         self._mumps: Any = None
         self._failed = False
@@ -68,10 +71,11 @@ class SingleFactors:
     def setUp(self, _: PETSc.PC) -> None:
         """Factorise; PETSc calls it."""
         with np.errstate(over="ignore"):  # where Newton's method runs away; no factors then
-            self._entries[:] = self._values
+            self._entries[:] = self._shares * self._values
         if self._mumps is None:
             self._mumps = self._lib.begin(
                 MPI.COMM_SELF.py2f(),
+                self._symmetric,
                 self._size,
                 len(self._entries),
                 *(self._pointer("int", array) for array in (self._rows, self._columns)),
@@ -101,12 +105,12 @@ class SingleFactors:
         return self._ffi.cast(f"{kind} *", array.ctypes.data)
 
 
-def single_factors(matrix: Matrix) -> SingleFactors | None:
+def single_factors(matrix: Matrix, symmetric: bool = False) -> SingleFactors | None:
     """Return the preconditioner; None on several ranks, or without MUMPS in single precision."""
     if not matrix.in_rows:
         return None
     try:
-        return SingleFactors(matrix)
+        return SingleFactors(matrix, symmetric)
     except (VerificationError, ImportError) as error:
         log.info("factors in double precision, as there is no MUMPS in single: %s", error)
         return None

@@ -20,7 +20,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from ramiefenics.model.equations import Array, Equations
-from ramiefenics.model.matrix import Matrix
 from ramiefenics.solve.factors import SingleFactors, single_factors
 
 log = logging.getLogger(__name__)
@@ -96,7 +95,7 @@ class Tangent:
             sizes = self._matrix.getSizes()
             product = PETSc.Mat().createPython(sizes, _Product(self), self._matrix.comm)
             self._solver.setOperators(product, self._matrix)
-            self._single = _factorise(self._solver, equations.matrix)
+            self._single = _factorise(self._solver, equations)
         self.factorised, self.factorised_at = False, np.zeros(0)
         self.iterations = 0
 
@@ -219,7 +218,7 @@ def _krylov(comm: MPI.Comm, spare_memory: bool, restart: int) -> PETSc.KSP:
     return solver
 
 
-def _factorise(solver: PETSc.KSP, matrix: Matrix) -> SingleFactors | None:
+def _factorise(solver: PETSc.KSP, equations: Equations) -> SingleFactors | None:
     """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
 
     A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself. Returns
@@ -228,7 +227,7 @@ def _factorise(solver: PETSc.KSP, matrix: Matrix) -> SingleFactors | None:
     pc = solver.getPC()
     own = PETSc.Options(PREFIX).getAll()  # whoever sets options of PETSc's factors gets them
     chosen = any(name.startswith(("pc_", "mat_mumps_")) for name in own)
-    single = None if chosen else single_factors(matrix)
+    single = None if chosen else single_factors(equations.matrix, equations.symmetric)
     if single is not None:
         pc.setType("python")
         pc.setPythonContext(single)
