@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from ramiefenics import BendingTest
+from ramiefenics import BendingTest, override, simulate
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.solve.factors import SingleFactors, single_factors
 
@@ -70,3 +70,49 @@ def test_several_right_hand_sides_are_solved_for_at_once(
     assert not together[1].any()
     assert np.all(np.abs(together - each) <= 1e-4 * scale)
     assert np.all(scale[[0, 2, 3]] > 0.0)
+
+
+@pytest.mark.mpi
+def test_ranks_solve_together(coarse: BendingTest) -> None:
+    problem = BendingProblem(coarse, MPI.COMM_WORLD)
+    factors = single_factors(problem.equations.matrix)
+    if factors is None:
+        pytest.skip("there is no MUMPS in single precision here")
+    matrix = problem.equations.matrix.petsc
+    problem.equations.assemble()
+    diagonal = matrix.getDiagonal()
+    diagonal.shift(diagonal.max()[1])
+    matrix.setDiagonal(diagonal)
+    factors.setUp(None)
+    expected, b = matrix.createVecs()
+    sides, solutions = [], []
+    for power in (-40.0, 40.0):
+        first, behind = expected.getOwnershipRange()
+        numbers = np.random.default_rng(1).standard_normal(expected.getSize())
+        expected.array[:] = 10.0**power * numbers[first:behind]
+        matrix.mult(expected, b)
+        sides.append(b.array.copy())
+        solutions.append(expected.array.copy())
+    found = factors.solve(np.array(sides))
+    assert found / [[1e-40], [1e40]] == pytest.approx(
+        np.array(solutions) / [[1e-40], [1e40]],
+        abs=1e-4,  # as on one rank
+    )
+    factors.destroy(None)
+
+
+@pytest.mark.mpi
+def test_ranks_free_the_factors_of_a_simulation(
+    coarse: BendingTest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, freed = [], []
+    for name, noted in (("setUp", made), ("destroy", freed)):
+        method = getattr(SingleFactors, name)
+
+        def noting(self, pc, noted=noted, method=method):
+            noted.append(id(self))
+            method(self, pc)
+
+        monkeypatch.setattr(SingleFactors, name, noting)
+    simulate(override(coarse, ["protocol.travel_mm=0.5"]), MPI.COMM_WORLD)
+    assert set(made) <= set(freed)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from dolfinx import fem
 from dolfinx.fem.petsc import create_matrix
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
 
@@ -52,3 +55,11 @@ class Matrix:
         same = PETSc.LGMap().create(nodes, bsize=size, comm=PETSc.COMM_SELF)
         self.petsc.setBlockSize(size)
         self.petsc.setLGMap(same, same)
+
+    @property
+    def own_rows(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:
+        """Where this rank's rows begin, their columns among all, and the entries."""
+        if self.in_rows:
+            return self.starts, self.columns, self.values
+        starts, columns, values = self.petsc.getValuesCSR()
+        return starts, columns, values

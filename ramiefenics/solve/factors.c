@@ -1,4 +1,4 @@
-/* Factors of a sparse matrix in single precision by MUMPS, on one rank. */
+/* Factors of a sparse matrix in single precision by MUMPS. */
 
 #include <smumps_c.h>
 #include <stdint.h>
@@ -10,8 +10,8 @@ static void call(SMUMPS_STRUC_C *mumps, int job)
   smumps_c(mumps);
 }
 
-/* Begins with a matrix of n rows; row and column of its entries count from 1, and stay in place. Of a
-   symmetric one the entries of mirrored places are added up. */
+/* Begins with a matrix of n rows, of which every rank gives some entries; their rows and columns count
+   from 1, and stay in place. Of a symmetric matrix the entries of mirrored places are added up. */
 void *begin(int communicator, int symmetric, int n, int64_t count, int *rows, int *columns,
             float *entries)
 {
@@ -24,11 +24,12 @@ void *begin(int communicator, int symmetric, int n, int64_t count, int *rows, in
     mumps->icntl[i] = i < 3 ? -1 : 0; /* print nothing */
   mumps->icntl[6] = 5;                /* METIS, where there is */
   mumps->icntl[13] = 50;              /* per cent of memory more than foreseen */
+  mumps->icntl[17] = 3;               /* entries where they are */
   mumps->n = n;
-  mumps->nnz = count;
-  mumps->irn = rows;
-  mumps->jcn = columns;
-  mumps->a = entries;
+  mumps->nnz_loc = count;
+  mumps->irn_loc = rows;
+  mumps->jcn_loc = columns;
+  mumps->a_loc = entries;
   call(mumps, 1);
   return mumps;
 }
@@ -40,7 +41,7 @@ int factorise(void *mumps)
   return ((SMUMPS_STRUC_C *)mumps)->infog[0];
 }
 
-/* Replaces right-hand sides, one after the other, by the solutions. */
+/* Replaces right-hand sides, one after the other on the first rank, by the solutions. */
 void solve(void *mumps, int count, float *x)
 {
   SMUMPS_STRUC_C *with = mumps;

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import weakref
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 from cffi import VerificationError
 from mpi4py import MPI
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ramiefenics.model.equations import Array
@@ -18,6 +18,8 @@ from ramiefenics.model.kernels.library import compiled
 from ramiefenics.model.matrix import Matrix
 
 log = logging.getLogger(__name__)
+
+Singles = NDArray[np.float32]
 
 FUNCTIONS = """
 void *begin(int, int, int, int64_t, int *, int *, float *);
@@ -45,7 +47,7 @@ class SingleFactors:
     Parameters
     ----------
     matrix
-        What to factorise, on one rank. Its analysis is kept from one factorisation to the next.
+        What to factorise. Its analysis is kept from one factorisation to the next.
     symmetric
         Whether to factorise its symmetric part, in two thirds of the time and half the memory.
 
@@ -58,57 +60,93 @@ class SingleFactors:
     def __init__(self, matrix: Matrix, symmetric: bool = False) -> None:
         module = library()
         self._lib, self._ffi = module.lib, module.ffi
-        self._values, self._symmetric = matrix.values, symmetric
-        lengths = np.diff(matrix.starts)
-        self._rows = np.repeat(np.arange(1, len(lengths) + 1, dtype=np.int32), lengths)
-        self._columns = (matrix.columns + 1).astype(np.int32)
-        self._entries = np.empty(len(self._values), dtype=np.float32)
-        self._shares = np.where(self._rows == self._columns, 1.0, 0.5) if symmetric else 1.0
-        self._size = len(lengths)
+        self._matrix, self._symmetric = matrix, symmetric
+        self._comm = matrix.petsc.getComm().tompi4py()
         self._mumps: Any = None
         self._failed = False
 
     def setUp(self, _: PETSc.PC) -> None:
         """Factorise; PETSc calls it."""
-        with np.errstate(over="ignore"):  # where Newton's method runs away; no factors then
-            self._entries[:] = self._shares * self._values
+        starts, columns, values = self._matrix.own_rows
         if self._mumps is None:
-            self._mumps = self._lib.begin(
-                MPI.COMM_SELF.py2f(),
-                self._symmetric,
-                self._size,
-                len(self._entries),
-                *(self._pointer("int", array) for array in (self._rows, self._columns)),
-                self._pointer("float", self._entries),
-            )
-            weakref.finalize(self, self._lib.end, self._mumps)
+            self._begin(starts, columns)
+        with np.errstate(over="ignore"):  # where Newton's method runs away; no factors then
+            self._entries[:] = self._shares * values
         error = self._lib.factorise(self._mumps)
         self._failed = error < 0
         if self._failed:
             log.info("MUMPS could not factorise the tangent: %d", error)
+
+    def _begin(self, starts: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
+        """Analyse the pattern."""
+        lengths = np.diff(starts)
+        first, behind = self._matrix.petsc.getOwnershipRange()
+        self._rows = np.repeat(np.arange(first + 1, behind + 1, dtype=np.int32), lengths)
+        self._columns = (columns + 1).astype(np.int32)
+        self._entries = np.empty(len(columns), dtype=np.float32)
+        mirrored = self._symmetric & (self._rows != self._columns)
+        self._shares = np.where(mirrored, 0.5, 1.0)
+        self._counts = self._comm.allgather(len(lengths))
+        self._mumps = self._lib.begin(
+            self._comm.py2f(),
+            self._symmetric,
+            sum(self._counts),
+            len(self._entries),
+            *(self._pointer("int", array) for array in (self._rows, self._columns)),
+            self._pointer("float", self._entries),
+        )
+
+    def destroy(self, _: PETSc.PC | None) -> None:
+        """Free the memory; PETSc calls it, on all ranks at the same time."""
+        if self._mumps is not None:
+            self._lib.end(self._mumps)
+            self._mumps = None
 
     def apply(self, _: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve with the factors; PETSc calls it."""
         x.array = self.solve(b.array_r[None])[0]
 
     def solve(self, right: Array) -> Array:
-        """Return the solutions for several right-hand sides, shape (k, n): cheaper at once."""
-        scale = np.abs(right).max(axis=1, keepdims=True)  # into the range of single precision
+        """Return the solutions for several right-hand sides: cheaper at once.
+
+        Parameters
+        ----------
+        right
+            As much of them as this rank has, shape (k, n).
+        """
+        own = np.abs(right).max(axis=1, initial=0.0, keepdims=True)
+        scale = np.where(np.isnan(own), np.inf, own)
+        self._comm.Allreduce(MPI.IN_PLACE, scale, op=MPI.MAX)  # into the range of single precision
         if self._failed or not np.isfinite(scale).all():
             return np.full_like(right, np.nan)
         scale[scale == 0.0] = 1.0
         solution = (right / scale).astype(np.float32)
-        self._lib.solve(self._mumps, len(solution), self._pointer("float", solution))
+        whole = self._gathered(solution)
+        self._lib.solve(self._mumps, len(solution), self._pointer("float", whole))
+        self._scatter(whole, solution)
         return np.asarray(scale * solution, dtype=float)
+
+    def _gathered(self, own: Singles) -> Singles:
+        """Return the right-hand sides on the first rank."""
+        if self._comm.size == 1:
+            return own
+        whole = np.empty((len(own), sum(self._counts)), dtype=np.float32)
+        for part, side in zip(own, whole, strict=True):
+            self._comm.Gatherv(part, [side, self._counts])
+        return whole
+
+    def _scatter(self, whole: Singles, own: Singles) -> None:
+        """Take over the solutions from the first rank."""
+        if self._comm.size > 1:
+            for side, part in zip(whole, own, strict=True):
+                self._comm.Scatterv([side, self._counts], part)
 
     def _pointer(self, kind: str, array: np.ndarray) -> Any:
         return self._ffi.cast(f"{kind} *", array.ctypes.data)
 
 
 def single_factors(matrix: Matrix, symmetric: bool = False) -> SingleFactors | None:
-    """Return the preconditioner; None on several ranks, or without MUMPS in single precision."""
-    if not matrix.in_rows:
-        return None
+    """Return the preconditioner; None without MUMPS in single precision."""
     try:
         return SingleFactors(matrix, symmetric)
     except (VerificationError, ImportError) as error:

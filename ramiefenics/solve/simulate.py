@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 import logging
 import time
 from collections.abc import Callable
 from typing import Any
 
 import pandas as pd
+from dolfinx.mesh import Mesh
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -70,17 +72,32 @@ def simulate(
         name, a file or a change is refused.
     """
     test = as_test(test, **changes)
-    comm, start = MPI.COMM_WORLD if comm is None else comm, time.perf_counter()
-    if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
-        PETSc.garbage_cleanup()
+    comm = MPI.COMM_WORLD if comm is None else comm
     if tube is not None and test.further:
         raise SpecificationError("tube", None, "must be left out where there are further tests")
+    done, meshes = _bend_all(test, comm, on_step, solutions, tube)
+    if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
+        gc.collect()  # drop cycles too
+        for mesh in meshes:
+            PETSc.garbage_cleanup(mesh.comm)
+    return dataclasses.replace(done[0], test=test, further=tuple(done[1:]))
+
+
+def _bend_all(
+    test: BendingTest,
+    comm: MPI.Comm,
+    on_step: Callable[[Step[Observables]], None] | None,
+    solutions: Solutions | None,
+    tube: TubeMesh | None,
+) -> tuple[list[BendingResult], list[Mesh]]:
+    """Follow the paths of all tests of a stalk; return results and meshes."""
+    start = time.perf_counter()
     first, *further = test.tests
     cylinders = [cylinder for one in test.tests for cylinder in one.fixture.cylinders]
     tube = build_tube(first, comm, cylinders) if tube is None else tube
     problem = BendingProblem(first, comm, tube)
     come_to_rest(problem)
-    done = [_bend(problem, start, on_step, solutions)]
+    done, meshes = [_bend(problem, start, on_step, solutions)], [tube.mesh]
     for one in further:
         if not done[-1].completed:
             break
@@ -88,7 +105,8 @@ def simulate(
         before, problem = problem, BendingProblem(one, comm, build_tube(one, comm, cylinders))
         problem.take_over(before)
         done.append(_bend(problem, start, on_step, None))
-    return dataclasses.replace(done[0], test=test, further=tuple(done[1:]))
+        meshes.append(problem.tube.mesh)
+    return done, meshes
 
 
 def _bend(
