@@ -149,7 +149,8 @@ def test_two_names_of_one_thing_make_a_group():
 def test_left_out_is_the_conditional_mean():
     found = evidence({"swing": 1.0})
     fit = Fit(found, ("swing",), SCATTER)
-    whole, left = dense(found, SCATTER, ("swing",)), fit.left_out()
+    # predictions know of no errors of the simulator
+    whole, left = dense(found.of_simulation(), SCATTER, ("swing",)), fit.left_out()
     data, specimen = found.residual.ravel(), np.repeat(found.blocks.specimen, M)
     for s in range(found.blocks.number):
         out = specimen == s

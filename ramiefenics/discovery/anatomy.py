@@ -261,7 +261,7 @@ def _learned(place: Place, evidence: Evidence) -> Learned:
     plain = dataclasses.replace(evidence, suspects={})
     fits, values = [], []
     for size in SIZES:
-        wide = plain.with_nuisance(size * columns)
+        wide = dataclasses.replace(plain.with_nuisance(size * columns), learned=columns.shape[1])
         fits.append(Fit(wide, (), fit_scatter(wide)))
         values.append(log_evidence(wide, (), fits[-1].scatter))
     best = int(np.argmax(values))

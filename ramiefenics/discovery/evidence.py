@@ -87,6 +87,9 @@ class Evidence:
         Effects that there may be, by name.
     broken
         Specimens that are taken for broken.
+    learned
+        How many of the last columns of `nuisance` are no errors of the simulator, but a function
+        that is learned inside the model.
     """
 
     residual: Array
@@ -96,6 +99,7 @@ class Evidence:
     blocks: Blocks
     suspects: Mapping[str, Suspect] = dataclasses.field(default_factory=dict)
     broken: frozenset[int] = frozenset()
+    learned: int = 0
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -165,6 +169,11 @@ class Evidence:
         """Return the evidence with more nuisance, shape (r, q, m)."""
         together = np.concatenate([self.nuisance, columns], axis=1)
         return dataclasses.replace(self, nuisance=together)
+
+    def of_simulation(self) -> Evidence:
+        """Return the evidence in which the simulator makes no errors."""
+        errors = self.nuisance.shape[1] - self.learned
+        return dataclasses.replace(self, nuisance=self.nuisance[:, errors:])
 
     def covariance(self, scatter: Scatter) -> Array:
         """Return the covariance of what specimens do not share, shape (n, b, b)."""

@@ -140,11 +140,17 @@ class Fit:
         left = self._without_shared() - self._by_own(self._own_log_factors(self._without_shared()))
         return left + simulator, simulator
 
+    @cached_property
+    def _simulation(self) -> Fit:
+        """The same, of predictions: a simulation does not correct its own errors."""
+        return dataclasses.replace(self, evidence=self.evidence.of_simulation())
+
     def left_out(self) -> Array:
-        """Return what a fit to all other specimens leaves of each, shape (r, m)."""
-        expected = self.evidence.whiten(self.scatter).left_out(self._which)
-        each = expected[self.evidence.blocks.specimen]
-        return self.evidence.residual - np.einsum("rcm,rc->rm", self._columns(), each)
+        """Return what a simulation fitted to all other specimens leaves of each, shape (r, m)."""
+        fit = self._simulation
+        expected = fit.evidence.whiten(fit.scatter).left_out(fit._which)
+        each = expected[fit.evidence.blocks.specimen]
+        return fit.evidence.residual - np.einsum("rcm,rc->rm", fit._columns(), each)
 
     def left_out_shape(self) -> Array:
         """Return the same where each specimen's own factors are fitted to its own curves."""
@@ -152,20 +158,20 @@ class Fit:
         return errors - self._by_own(self._own_log_factors(errors))
 
     def left_out_condition(self, condition: Integers) -> Array:
-        """Return what a fit to curves under all other conditions leaves of each, shape (r, m).
+        """Return what a simulation fitted under all other conditions leaves of each, shape (r, m).
 
         Parameters
         ----------
         condition
             Of each curve, shape (r,).
         """
-        left = np.empty_like(self.evidence.residual)
+        fit, left = self._simulation, np.empty_like(self.evidence.residual)
         for one in np.unique(condition):
             out = condition == one
-            others = dataclasses.replace(self, evidence=self.evidence.blind_to(out))
+            others = dataclasses.replace(fit, evidence=fit.evidence.blind_to(out))
             own = others._own_log_factors(others._without_shared())
-            shared = np.einsum("rcm,c->rm", self._columns(), others._deviations[0])
-            left[out] = (self.evidence.residual - shared - self._by_own(own))[out]
+            shared = np.einsum("rcm,c->rm", fit._columns(), others._deviations[0])
+            left[out] = (fit.evidence.residual - shared - fit._by_own(own))[out]
         return left
 
     def conflict(self) -> float:
