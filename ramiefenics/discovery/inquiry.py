@@ -220,7 +220,7 @@ class _Inquiry:
         nothing: Fit,
         extended: Fitted | None,
         causes: Causes,
-        none: tuple[float, float],
+        no_effect: tuple[float, float],
         before: float,
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
@@ -235,7 +235,7 @@ class _Inquiry:
             )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
         alone = extended is not None and len(groups) < len(causes.groups())
-        p_value, fitted_none = none
+        p_value, fitted_none = no_effect
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)
         return Discovery(
