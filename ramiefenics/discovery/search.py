@@ -5,9 +5,9 @@ not in the data may seem to explain them better than those that are. So the evid
 where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
 baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
 fitted, those with one effect more. Small ones are tried first, and given up where they are hopeless
-as soon as they are simulated. Those that come near the best in the end, and the baseline, are
-fitted on, with every curve simulated, until they stay where they are: errors of a few thousandths
-of the peak, of learned curves or of linearisations, are worth odds of a hundred.
+as soon as they are simulated. The best so far, those that come near it in the end, and the
+baseline, are fitted on, with every curve simulated, until they stay where they are: errors of a few
+thousandths of the peak, of learned curves or of linearisations, are worth odds of a thousand.
 """
 
 from __future__ import annotations
@@ -130,11 +130,13 @@ class Search:
             self._promised[certain] = math.inf  # whatever its size
         if self._promised:
             self._fit_set(())  # as near to where it fits as they will be
+            self._confirm_best()
         for _ in range(MOST_SETS):
             names = self._most_promising()
             if names is None:
                 break
             self._fit_set(names)
+            self._confirm_best()
             if names in self._reached:
                 self._propose(self._reached[names])
         if self._promised:
@@ -208,6 +210,11 @@ class Search:
                 return
         self._reached[names] = reached
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
+
+    def _confirm_best(self) -> None:
+        """Fit the best set on: what others are measured against has every curve simulated."""
+        while not self._best.finished:
+            self._reached[self._best.names] = self._finished(self._best)
 
     def _finish(self) -> None:
         """Fit the best sets on, with every curve simulated, until they are steady.
