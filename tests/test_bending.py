@@ -131,30 +131,6 @@ def test_giving_up_has_a_reason_and_keeps_the_curve(coarse: BendingTest) -> None
     assert any("ellipticity was not sought beyond 0.00 mm" in note for note in result.notes())
 
 
-def test_run_ends_where_the_void_closes(coarse: BendingTest) -> None:
-    """A thin soft wall is flattened long before the travel's end; the last fields show it."""
-    test = override(
-        coarse,
-        [
-            "stalk.void_diameter_mm=11",
-            "protocol.travel_mm=21",
-            "fixture.indenter_radius_mm=15",
-            "fixture.support_radius_mm=15",
-        ],
-    )
-    result = simulate(test, MPI.COMM_SELF)
-    assert result.ending.kind == "physical"
-    assert "void has closed" in result.ending.reason
-    assert result.curve["void_height_mm"].iloc[-1] <= 0.0 < result.curve["void_height_mm"].iloc[-2]
-    last = result.snapshots[-1]
-    assert last.travel_mm == result.curve["displacement_mm"].iloc[-1]
-    points = last.body.points
-    y = (points + last.body.point_data["displacement_mm"])[:, 1]
-    bore = np.isclose(np.hypot(*points[:, :2].T), 5.5)
-    middle = bore & (points[:, 0] < 1.7) & (points[:, 2] < 1e-6)
-    assert y[middle & (points[:, 1] > 0)].min() <= y[middle & (points[:, 1] < 0)].max()
-
-
 def test_run_ends_where_the_stalk_slips_off(coarse: BendingTest, simulated: Simulate) -> None:
     result = simulated(override(coarse, ["stalk.length_mm=100.2", "protocol.travel_mm=21"]))
     assert result.ending.kind == "physical"

@@ -73,6 +73,13 @@ def test_what_could_not_be_tried_is_told():
     assert told == ["Could not be tried, for the reasons in the table: span error."]
 
 
+def test_what_one_specimen_speaks_for_is_told_where_nothing_else_is():
+    reasons = {"taper": "rests on b: without it the gain is 0.3"}
+    first = findings(found("none", {"xylem.axial": 0.5}, reasons=reasons))[0]
+    assert "by any suspect that more than one specimen speaks for; taper (p = 0.0005)" in first
+    assert "by any suspect (p = 0.0005)" in findings(found("none", {"xylem.axial": 0.5}))[0]
+
+
 def test_every_cause_is_named_with_its_size():
     first = findings(found("cause", groups=(("taper",), ("pith_core",))))[0]
     assert first.startswith("The causes are taper: 0.01 mm/mm (95 % interval 0.008 to 0.012) and ")
@@ -134,7 +141,7 @@ def test_a_conflict_blames_nothing_in_particular():
 
 def test_what_only_fitted_suspects_tell_says_so():
     first = findings(found("cause", p_value=0.02))[0]
-    assert "p = 0.02 by derivatives, but probability of no effect 0.0001" in first
+    assert "p = 0.02, but probability of no effect 0.0001" in first
 
 
 def test_broken_specimens_are_named_in_the_lead():

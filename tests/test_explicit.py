@@ -87,8 +87,8 @@ def test_parts_of_the_residual_add_up(coarse: BendingTest) -> None:
     total = problem.displacement.x.petsc_vec.duplicate()
     Equations(problem.displacement, problem.terms, []).residual(total)
     whole, parts = total.array, [forces(problem, term) for term in problem.terms]
-    assert parts[0] + parts[1] == pytest.approx(whole, abs=1e-10 * np.abs(whole).max())
-    assert min(np.abs(part).max() for part in parts) > 0.0
+    assert sum(parts) == pytest.approx(whole, abs=1e-10 * np.abs(whole).max())
+    assert min(np.abs(part).max() for part in parts[:2]) > 0.0  # the void is open
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -37,7 +37,12 @@ ALTERNATIVES = 3
 otherwise taken for scatter."""
 
 
-def p_value_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Generator) -> float:
+def p_value_of_effect(
+    evidence: Evidence,
+    nothing: Scatter,
+    rng: np.random.Generator,
+    fitted: Mapping[str, float] | None = None,
+) -> float:
     """Return the probability that some suspect explains as much where there is no effect.
 
     Parameters
@@ -48,8 +53,14 @@ def p_value_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Gener
         The most probable standard deviations without any.
     rng
         Random numbers.
+    fitted
+        What suspects gain in log-evidence where they have been fitted. Of the measured curves it
+        counts in place of what the derivatives say; of random ones these tell, as there is no
+        effect from which they could be far.
     """
+    fitted = fitted or {}
     singles = [(index,) for index in range(len(evidence.names))]
+    left = [index for index, name in enumerate(evidence.names) if name not in fitted]
     if not singles:
         return 1.0
     reduced = evidence.whiten(nothing).reduce()
@@ -58,16 +69,20 @@ def p_value_of_effect(evidence: Evidence, nothing: Scatter, rng: np.random.Gener
     start, same = nothing.logarithms(), len(nothing.logarithms())
     moves = [fit_scatter(evidence, [n], nothing).logarithms()[:same] - start for n in best]
 
-    def best_gain(scatter: Scatter, data: Array | None) -> float:
+    def gains_of_each(scatter: Scatter, data: Array | None) -> Array:
         without = evidence.whiten(scatter, data).reduce()
         base = without.log_evidence[0] + scatter.log_prior()
-        gain = log_evidence_gains(without, evidence.bounds, singles).max()
+        gains = log_evidence_gains(without, evidence.bounds, singles)[:, 0]
         for move in moves:
             other = scatter.moved(scatter.logarithms() + move)
             found = evidence.whiten(other, data).reduce()
-            more = log_evidence_gains(found, evidence.bounds, singles).max()
-            gain = max(gain, more + found.log_evidence[0] + other.log_prior() - base)
-        return float(gain)
+            more = log_evidence_gains(found, evidence.bounds, singles)[:, 0]
+            gains = np.maximum(gains, more + found.log_evidence[0] + other.log_prior() - base)
+        return gains
+
+    def best_gain(scatter: Scatter, data: Array | None) -> float:
+        gains = gains_of_each(scatter, data)
+        return float(max([*gains[left], *fitted.values()]) if data is None else gains.max())
 
     return _p_value(evidence, nothing, best_gain, rng)
 

@@ -43,8 +43,8 @@ def _verdict(found: Discovery) -> str:
     if found.verdict == "none":
         names = ", ".join(found.factor_moves)
         return (
-            f"With {names} fitted, what is left is not told from noise by any suspect ({p}) nor as "
-            f"a whole (p = {found.misfit_p_value:.2g}){_alone(found)}."
+            f"With {names} fitted, what is left is not told from noise as a whole "
+            f"(p = {found.misfit_p_value:.2g}) nor by any suspect {_alone(found, p)}."
         )
     if found.verdict == "conflict":
         return (
@@ -78,7 +78,7 @@ def _p_value(found: Discovery) -> str:
     if found.extended is None or found.p_value < SIGNIFICANCE:
         return p
     none = f"probability of no effect {found.fitted_none:.1g} among the sets that were fitted"
-    return f"{p} by derivatives, but {none}"
+    return f"{p}, but {none}"
 
 
 def _anatomy(found: Discovery) -> str:
@@ -97,9 +97,12 @@ def _anatomy(found: Discovery) -> str:
     )
 
 
-def _alone(found: Discovery) -> str:
+def _alone(found: Discovery, p: str) -> str:
     alone = [name for name, reason in found.reasons.items() if reason.startswith("rests on")]
-    return f", though {', '.join(alone)} would explain a single specimen" if alone else ""
+    if not alone:
+        return f"({p})"
+    names = ", ".join(name.replace("_", " ") for name in alone)
+    return f"that more than one specimen speaks for; {names} ({p}) would explain a single one"
 
 
 def _left(found: Discovery) -> str:

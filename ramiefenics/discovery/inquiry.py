@@ -120,11 +120,11 @@ class _Inquiry:
         curves, seen = self._signatures(baseline)
         evidence, causes = self._fitter.compare(curves, seen)
         nothing = Fit(evidence, (), causes.nothing)
-        p_value = p_value_of_effect(evidence, causes.nothing, self._rng)
         before = p_value_of_misfit(nothing, self._rng)
         self._stage("fitting the most probable sets of suspects", 3 * number)
         search = Search(self._fitter, curves, seen)
         best, causes = search.best(evidence, causes)
+        p_value = p_value_of_effect(evidence, nothing.scatter, self._rng, search.gains)
         shown = p_value < SIGNIFICANCE or search.none < IMPROBABLE
         extended = best if shown and best.fit.chosen else None
         for names, reason in search.refused.items():

@@ -4,10 +4,11 @@ Derivatives tell little of a set far from where they were found: there, a set of
 not in the data may seem to explain them better than those that are. So the evidence of a set counts
 where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
 baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
-fitted, those with one effect more. Small ones are tried first, and given up where they are hopeless
-as soon as they are simulated. The best so far, those that come near it in the end, and the
-baseline, are fitted on, with every curve simulated, until they stay where they are: errors of a few
-thousandths of the peak, of learned curves or of linearisations, are worth odds of a thousand.
+fitted, those with one effect more; less what they promised too much of the same effect before.
+Small ones are tried first, and given up where they are hopeless as soon as they are simulated. The
+best so far, those that come near it in the end, and the baseline, are fitted on, with every curve
+simulated, until they stay where they are: errors of a few thousandths of the peak, of learned
+curves or of linearisations, are worth odds of a thousand.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from __future__ import annotations
 import dataclasses
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ramiefenics.discovery.broken import find_broken
-from ramiefenics.discovery.causes import Causes, find_causes, own_score
+from ramiefenics.discovery.causes import Causes, find_causes, log_priors, own_score
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
@@ -38,10 +39,6 @@ ROUNDS = 4
 MOST_SETS = 12
 """Most sets that are fitted."""
 
-HOPELESS = 5.0
-"""By how much a set may be less probable than the best where it is first simulated, and still be
-fitted any better."""
-
 PROMISING = -1.0
 """Least that a set must gain by the derivatives over all smaller ones, in log-probability."""
 
@@ -57,8 +54,9 @@ RIVAL = 5.0
 one than the best that was fitted."""
 
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
-"""By how much a set may be less probable than the best, and still has every curve simulated; the
-latter where no effect is best, and another is not told from it."""
+"""By how much a set may be less probable than the best where it is first simulated, and still be
+fitted any better, and in the end have every curve simulated; the latter in the end, where no effect
+is best, and another is not told from it."""
 
 Names = tuple[str, ...]
 
@@ -109,6 +107,7 @@ class Search:
         self._fitter, self._screened, self._effects = fitter, screened, effects
         self._reached: dict[Names, Reached] = {}
         self._promised: dict[Names, float] = {}
+        self._overrated: dict[str, list[float]] = {}  # by effects that were added, what was missing
         self._broken: frozenset[int] = frozenset()
         self.refused: dict[Names, str] = {}
 
@@ -116,7 +115,8 @@ class Search:
         """Return the best set that was reached, and the posterior over all sets there.
 
         Sets that were reached have their own evidence in it. What adds to one that comes near the
-        best has that of the derivatives where it fits; others do not count.
+        best has that of the derivatives where it fits, less what they promised too much of the same
+        effect before; others do not count.
 
         Parameters
         ----------
@@ -161,6 +161,23 @@ class Search:
         return float(np.exp(self._reached[()].score - self._best.score) / shares.sum())
 
     @property
+    def gains(self) -> dict[str, float]:
+        """What effects that were fitted by themselves gain in log-evidence over the baseline.
+
+        Also what the best set does, less what it is less probable beforehand than a single effect.
+        """
+        if len(self._reached) == 1:
+            return {}
+        nothing, single = log_priors([(), (0,)], len(self._effects))
+        scores = {names[0]: one.score for names, one in self._reached.items() if len(names) == 1}
+        if self._best.names:
+            name = self._best.names[0]
+            scores[name] = max(self._best.score, scores.get(name, -math.inf))
+        return {
+            n: score - self._reached[()].score - single + nothing for n, score in scores.items()
+        }
+
+    @property
     def _best(self) -> Reached:
         return max(self._reached.values(), key=lambda one: one.score)
 
@@ -175,33 +192,50 @@ class Search:
             top = max((score for _, score in alike), default=-math.inf)
             for names, score in alike:
                 if score > max(top - RIVAL, least + PROMISING):
-                    promise = start.score + score - found.score(start.names)
-                    self._promised[names] = max(promise, self._promised.get(names, promise))
+                    self._promise(names, start, score - found.score(start.names))
             least = max(least, top)
         if not here:
             singles = [(score, names) for names, score in larger if len(names) == 1]
             for score, names in sorted(singles, reverse=True)[:SINGLES]:
-                self._promised[names] = start.score + score - found.score(())
+                self._promise(names, start, score - found.score(()))
+
+    def _promise(self, names: Names, start: Reached, gain: float) -> None:
+        promise = start.score + gain
+        self._promised[names] = max(promise, self._promised.get(names, promise))
+
+    def _expected(self, names: Names) -> float:
+        """Return what a promise is worth, if what it adds is overrated as it was before."""
+        return self._promised[names] - self._excess({*names} - {*self._part(names).names})
+
+    def _excess(self, added: Iterable[str]) -> float:
+        """Return by how much derivatives have promised too much where one of some was added."""
+        before = [self._overrated.get(name, [0.0]) for name in added]
+        return max([0.0, *(sum(some) / len(some) for some in before)])
+
+    def _part(self, names: Names) -> Reached:
+        """Return the best part of a set that was reached."""
+        parts = [one for part, one in self._reached.items() if set(part) <= set(names)]
+        return max(parts, key=lambda one: one.score)
 
     def _most_promising(self) -> Names | None:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
         least = self._best.score - RIVAL
-        left = [
-            names
-            for names, promise in self._promised.items()
-            if names not in known and (len(names) == 1 or promise > least)
-        ]
-        return min(left, key=lambda names: (len(names), -self._promised[names]), default=None)
+        left = {n: self._expected(n) for n in self._promised if n not in known}
+        worth = [names for names, score in left.items() if len(names) == 1 or score > least]
+        return min(worth, key=lambda names: (len(names), -left[names]), default=None)
 
     def _fit_set(self, names: Names) -> None:
         """Fit a set, beginning at the best part of it that was reached."""
-        parts = [one for part, one in self._reached.items() if set(part) <= set(names)]
-        start = max(parts, key=lambda one: one.score).fitted
+        part = self._part(names)
+        start = part.fitted
         reached = self._judged(names, start.curves, start.fit.evidence)
         for _ in range(ROUNDS):
             simulated = set(names) == set(reached.fitted.curves.model.effects)
-            if reached.fitted.steady or (simulated and reached.score < self._best.score - HOPELESS):
+            # one that has the best and more in it cannot be far worse: its curves are not near yet
+            larger = set(names) > set(self._best.names)
+            behind = reached.score < self._best.score - CLOSE
+            if reached.fitted.steady or (simulated and behind and not larger):
                 break
             try:
                 reached = self._moved(names, reached.fitted)
@@ -209,6 +243,9 @@ class Search:
                 self.refused[names] = str(error)
                 return
         self._reached[names] = reached
+        if math.isfinite(promise := self._promised.get(names, math.inf)):
+            for name in set(names) - set(part.names):
+                self._overrated.setdefault(name, []).append(promise - reached.score)
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
 
     def _confirm_best(self) -> None:
@@ -278,6 +315,10 @@ class Search:
                 part = {found.names.index(name) for name in names}
                 larger = np.array([part <= set(chosen) for chosen in found.sets])
                 own = there.log_evidence + reached.score - there.score(names)
+                own[larger] -= [
+                    self._excess(found.names[i] for i in set(chosen) - part)
+                    for chosen in np.array(found.sets, dtype=object)[larger]
+                ]
                 log_evidence[larger] = np.maximum(log_evidence, own)[larger]
         for names, reached in self._reached.items():
             row = found.row(names)

@@ -17,6 +17,7 @@ from ramiefenics.model.shape import straightened
 from ramiefenics.model.solid import Solid
 from ramiefenics.model.tissue import tissue_fields
 from ramiefenics.model.tube import FILM_TAG, SURFACES, TubeMesh, build_tube
+from ramiefenics.model.void_contact import void_contact
 from ramiefenics.specification import BendingTest, Cylinder
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
@@ -45,8 +46,10 @@ class BendingProblem:
         The parts.
     film
         The bond of the outermost layer; None if it is perfect.
+    walls
+        The contact of the void's walls with each other; None without a void.
     terms
-        The solid's part of the equations, contact's, and the bond's.
+        The solid's part of the equations, contact's, and what there is of the last two.
     equations
         Their sum.
     mass
@@ -88,12 +91,21 @@ class BendingProblem:
             if comm.allreduce(len(self.tube.facets.find(SURFACES[name])))
         ]
         u = self.solid.displacement
+        self.walls = void_contact(
+            u,
+            self.tube.facets.find(SURFACES["inner"]),
+            stalk.void_diameter_mm,
+            test.numerics.contact.stabilisation
+            * self.solid.order**2
+            * stalk.materials[0].elastic.E_X_MPa,
+        )
         self._rest = np.zeros_like(u.x.array)
         v, du = ufl.TestFunction(self.solid.space), ufl.TrialFunction(self.solid.space)
         self.terms: tuple[Term, ...] = (
             self.solid.term(),
             self.contact.term(),
             *([] if self.film is None else [self.film.term()]),
+            *([] if self.walls is None else [self.walls]),
         )
         has_potential = self.film is None and self.solid.law.memory is None
         frictionless = test.fixture.friction.static == 0.0
@@ -118,6 +130,8 @@ class BendingProblem:
     def energies(self) -> tuple[float, float]:
         """Return what this rank's cells store, and have dissipated so far, N mm."""
         stored, dissipated = self.solid.energies()
+        if self.walls is not None:
+            stored += self.walls.energy()
         if self.film is None:
             return stored, dissipated
         in_bond, by_bond = self.film.energies()
@@ -164,6 +178,7 @@ class BendingProblem:
             before, after = (mesh.comm.allreduce(value, op=MPI.MAX) for value in depths)
             rises.append(obstacle.cylinder.up * (after - before))
         self.contact.begin(rises)
+        self._pair_walls()
         self._rest[:] = self.solid.displacement.x.array
 
     def place(self, travel: float, duration_s: float) -> None:
@@ -177,11 +192,16 @@ class BendingProblem:
         self.solid.remember()
         if self.film is not None:
             self.film.remember()
+        self._pair_walls()
 
     def accept(self) -> None:
         """Make the current state the last accepted one, from which a step starts."""
         self.remember()
         self.contact.update_stabilisation()
+
+    def _pair_walls(self) -> None:
+        if self.walls is not None and self.walls.refresh():
+            self.equations.couple(self.walls.couplings)
 
     def forces(self, sums: tuple[ContactSums, ...]) -> tuple[float, float]:
         """Return what moving obstacles press and fixed ones bear, N, of the whole stalk."""

@@ -15,7 +15,7 @@ from petsc4py import PETSc
 
 from ramiefenics.model.jit import compile_form
 from ramiefenics.model.laws.base import Expr
-from ramiefenics.model.matrix import Matrix
+from ramiefenics.model.matrix import NONE, Matrix
 
 Array = NDArray[np.float64]
 Conditions = Sequence[fem.DirichletBC]
@@ -89,6 +89,7 @@ class Equations:
         symmetric: bool = False,
     ) -> None:
         self.symmetric = symmetric
+        self._couplings: NDArray[np.int64] = NONE
         self.displacement, self.bcs, self._terms = displacement, bcs, terms
 
     def residual(self, b: PETSc.Vec) -> None:
@@ -102,10 +103,15 @@ class Equations:
 
     @cached_property
     def matrix(self) -> Matrix:
-        """The derivative where it was last assembled."""
+        """The derivative where it was last assembled; another one after `couple`."""
         space = self.displacement.function_space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-        return Matrix(compile_form(ufl.inner(u, v) * ufl.dx))
+        return Matrix(compile_form(ufl.inner(u, v) * ufl.dx), self._couplings)
+
+    def couple(self, couplings: NDArray[np.int64]) -> None:
+        """Let the derivative have entries between nodes that share no cell, see `Matrix`."""
+        self._couplings = couplings
+        self.__dict__.pop("matrix", None)
 
     def assemble(self) -> None:
         """Assemble the derivative at the displacement; 1 where it is held; collective."""

@@ -9,6 +9,9 @@ from dolfinx import fem
 from dolfinx.fem.petsc import create_matrix
 from numpy.typing import NDArray
 from petsc4py import PETSc
+from scipy import sparse
+
+NONE: NDArray[np.int64] = np.zeros((0, 2), dtype=np.int64)
 
 
 class Matrix:
@@ -18,6 +21,9 @@ class Matrix:
     ----------
     pattern
         Bilinear form with an entry wherever the matrix may have one.
+    couplings
+        Pairs of nodes between which it may have entries besides, global numbers, shape (n, 2); on
+        every rank the same.
 
     Attributes
     ----------
@@ -32,16 +38,20 @@ class Matrix:
         entry of a node has as many columns as components.
     """
 
-    def __init__(self, pattern: fem.Form) -> None:
+    def __init__(self, pattern: fem.Form, couplings: NDArray[np.int64] = NONE) -> None:
         space = pattern.function_spaces[0]
         self.in_rows = space.mesh.comm.size == 1
+        couplings = np.concatenate([couplings, couplings[:, ::-1]])
         if not self.in_rows:
             self.petsc = create_matrix(pattern)
+            self._make_room(couplings)
             return
         size = space.dofmap.index_map_bs
         sparsity = fem.create_sparsity_pattern(pattern)
         sparsity.finalize()
         columns, starts = (np.asarray(part, dtype=np.int32) for part in sparsity.graph)
+        if len(couplings):
+            columns, starts = _with_entries(columns, starts, couplings)
         self.node_starts, self.node_columns = starts, columns
         lengths = np.repeat(size * np.diff(starts), size)
         self.starts = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
@@ -56,6 +66,39 @@ class Matrix:
         self.petsc.setBlockSize(size)
         self.petsc.setLGMap(same, same)
 
+    def _make_room(self, couplings: NDArray[np.int64]) -> None:
+        """Add entries, which are zero, between pairs of nodes."""
+        if not len(couplings):
+            return
+        self.petsc.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        size = self.petsc.getBlockSize()
+        low, high = (edge // size for edge in self.petsc.getOwnershipRange())
+        own = couplings[(low <= couplings[:, 0]) & (couplings[:, 0] < high)]
+        for node in np.unique(own[:, 0]):
+            others = own[own[:, 0] == node, 1].astype(PETSc.IntType)
+            zeros = np.zeros((size, size * len(others)))
+            self.petsc.setValuesBlocked([node], others, zeros, PETSc.InsertMode.ADD)
+        self.petsc.assemble()
+
+    def add_rows(
+        self, rows: NDArray[np.int64], columns: NDArray[np.int64], entries: sparse.csr_array
+    ) -> None:
+        """Add to rows of this rank, where there may be entries.
+
+        Parameters
+        ----------
+        rows, columns
+            Global numbers of those of `entries`.
+        entries
+            What to add.
+        """
+        integers = PETSc.IntType
+        for row, first, behind in zip(rows, entries.indptr[:-1], entries.indptr[1:], strict=True):
+            if behind > first:
+                at = columns[entries.indices[first:behind]].astype(integers)
+                added = entries.data[first:behind]
+                self.petsc.setValues([row], at, added, PETSc.InsertMode.ADD)
+
     @property
     def own_rows(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:
         """Where this rank's rows begin, their columns among all, and the entries."""
@@ -63,3 +106,15 @@ class Matrix:
             return self.starts, self.columns, self.values
         starts, columns, values = self.petsc.getValuesCSR()
         return starts, columns, values
+
+
+def _with_entries(
+    columns: NDArray[np.int32], starts: NDArray[np.int32], added: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Add entries, row and column each, to compressed rows; return columns, sorted, and starts."""
+    size = len(starts) - 1
+    there = sparse.csr_array((np.ones(len(columns)), columns, starts), shape=(size, size))
+    new = sparse.coo_array((np.ones(len(added)), tuple(added.T)), shape=(size, size))
+    graph = sparse.csr_array(there + new)
+    graph.sort_indices()
+    return graph.indices.astype(np.int32), graph.indptr.astype(np.int32)

@@ -44,6 +44,8 @@ class Observables:
         is in the middle.
     void_height_mm
         Height left of the pith void in that section; NaN for a solid core, or in a node.
+    void_force_N
+        With which the void's walls press on each other along Y, wherever they do.
     overhang_mm
         Least length of stalk along Z, on the side of a fixed cylinder, left beyond the middle of
         the contact with it; NaN if one has no contact.
@@ -69,6 +71,7 @@ class Observables:
     section_height_mm: float
     section_width_mm: float
     void_height_mm: float
+    void_force_N: float
     overhang_mm: float
     penetration_mm: float
     penetration_radii: float
@@ -81,8 +84,6 @@ class Observables:
 
     def physical_end(self) -> str | None:
         """Return why the model says nothing about what follows, if so."""
-        if self.void_height_mm <= 0.0:
-            return "the void has closed under an indenter, and the model has no contact inside it"
         if self.overhang_mm <= 0.0 or (self.force_N > NOTHING_N and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
         return None
@@ -181,6 +182,7 @@ class Observer:
             section_height_mm=section[1],
             section_width_mm=section[0] * (1.0 if problem.test.numerics.domain == "full" else 2.0),
             void_height_mm=self._void_height(position) if self._has_void else float("nan"),
+            void_force_N=problem.factor * problem.walls.force_y_N() if problem.walls else 0.0,
             overhang_mm=self._overhang(position, sums),
             penetration_mm=penetration,
             penetration_radii=in_radii,

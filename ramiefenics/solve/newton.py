@@ -83,10 +83,6 @@ class Newton:
     linear_solver
         As in `Stepping`.
 
-    Attributes
-    ----------
-    tangent
-        The derivative, and its factors.
     """
 
     def __init__(
@@ -104,7 +100,17 @@ class Newton:
         self._work = u.x.petsc_vec.duplicate()
         self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
         self._inertia: Inertia | None = None
-        self.tangent = Tangent(equations, self._evaluate, linear_solver)
+        self._linear_solver = linear_solver
+        self._tangent = Tangent(equations, self._evaluate, linear_solver)
+
+    @property
+    def tangent(self) -> Tangent:
+        """The derivative, and its factors; another one when the equations have another matrix."""
+        if self._tangent.matrix is not self._equations.matrix:
+            iterations = self._tangent.iterations
+            self._tangent = Tangent(self._equations, self._evaluate, self._linear_solver)
+            self._tangent.iterations = iterations
+        return self._tangent
 
     def solve(
         self, tolerance_N: float, largest_update_mm: float, inertia: Inertia | None = None

@@ -199,7 +199,7 @@ class BendingResult(Result):
         ]
 
     def notes(self) -> list[str]:
-        """Return what the material loses, jumps, and why it ended."""
+        """Return what the material loses, a closed void, jumps, and why it ended."""
         lost = [
             f"{LOSSES[n]}, at the latest from {at:.2f} mm of travel on"
             for n, at in self.losses_mm.items()
@@ -209,10 +209,16 @@ class BendingResult(Result):
             f"{jump.energy_released_Nmm:.3g} N mm"
             for jump in self.jumps
         ]
+        closed = self.curve.loc[self.curve["void_force_N"] > 0.0, "displacement_mm"]
+        meeting = [
+            f"the void has closed at {at:.2f} mm of travel; from there on its walls press on each "
+            "other, without friction"
+            for at in closed.head(1)
+        ]
         complete = self.ending.kind == "completed"
         ended = [] if complete else [f"not completed: {self.ending.reason}"]
         later = [f"test {k}: {note}" for k, one in self.later.items() for note in one.notes()]
-        return [*lost, *self._unsearched(), *jumps, *self._unbalanced(), *ended, *later]
+        return [*lost, *self._unsearched(), *meeting, *jumps, *self._unbalanced(), *ended, *later]
 
     def _unbalanced(self) -> list[str]:
         """Return by how much the energies miss the indenter's work, if by much."""

@@ -59,6 +59,8 @@ class Tangent:
 
     Attributes
     ----------
+    matrix
+        Of the equations, when this was made.
     iterations
         Linear iterations so far.
     factorised
@@ -75,7 +77,8 @@ class Tangent:
     ) -> None:
         self._equations, self._evaluate = equations, evaluate
         self._u = u = equations.displacement
-        self._matrix = equations.matrix.petsc
+        self.matrix = equations.matrix
+        self._matrix = self.matrix.petsc
         self._state = u.x.petsc_vec.duplicate()
         self._here = u.x.petsc_vec.duplicate()
         self._there = u.x.petsc_vec.duplicate()

@@ -30,7 +30,8 @@ class KernelTerm:
 
     def __init__(self, kernel: AssembledKernel) -> None:
         self._kernel = kernel
-        self._offsets: NDArray[np.int32] | None = None  # in the first matrix that asks
+        self._offsets: NDArray[np.int32]  # in the last matrix that asked
+        self._matrix: Matrix | None = None
 
     def add_forces(self, forces: NDArray[np.float64]) -> None:  # noqa: D102
         self._kernel.add_forces(forces)
@@ -41,7 +42,8 @@ class KernelTerm:
         for bc in bcs:
             held[bc.dof_indices()[0]] = 1
         if matrix.in_rows:
-            if self._offsets is None:
+            if self._matrix is not matrix:
+                self._matrix = matrix
                 self._offsets = kernel.offsets(matrix.node_starts, matrix.node_columns)
             kernel.add_stiffness(held, matrix.starts, self._offsets, matrix.values)
             return

@@ -1,0 +1,226 @@
+"""The surface of the void, the same on every rank: a few thousand nodes, which each rank knows."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from ramiefenics.model.pieces import facet_frames, within_cells
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+NEWTON_ITERATIONS = 6
+"""Of the search for the point of a facet that lies in a direction; facets are nearly flat."""
+
+FARTHEST = 1.0
+"""How far beyond its edge a facet's shape functions are used on the way, in its own coordinates."""
+
+HOPS = 3
+"""By how many facets a point may be away from where it was sought at first."""
+
+SAME = 1e-6
+"""Last step of that search, in a facet's own coordinates, by which it has found the point."""
+
+EDGE = 1e-6
+"""How far beyond its edge a point still belongs to a facet, for rounding."""
+
+
+class Bore:
+    """Facets of the void's surface; collective.
+
+    Parameters
+    ----------
+    displacement
+        The unknown, which moves the surface.
+    facets
+        Local facets of the surface.
+
+    Attributes
+    ----------
+    numbers
+        Global numbers of the surface's nodes, ascending, shape (n,).
+    own, own_nodes
+        Which of them are this rank's, a slice, and their local numbers.
+    at
+        Their coefficients of the undeformed place, mm, shape (n, 3): what shape functions make of
+        them is the place, and of the displacement's with them the place now.
+    facets
+        Nodes of each facet, counted from 0 to n, shape (m, k).
+    faces
+        Which face of the reference cell each is, shape (m,).
+    outward
+        Normals into the void, undeformed and in the facets' middles, shape (m, 3).
+    depth_mm
+        Thickness of the cells behind the facets, shape (m,).
+    neighbours
+        Facets that share a node with each, itself among them, shape (m, most), the last repeated.
+    """
+
+    def __init__(self, displacement: fem.Function, facets: NDArray[np.int32]) -> None:
+        self._u, space = displacement, displacement.function_space
+        self._comm, index_map = space.mesh.comm, space.dofmap.index_map
+        self._element = element = space.element.basix_element
+        self._closures = np.array(element.entity_closure_dofs[2])
+        cells, faces = within_cells(space.mesh, facets).T
+        nodes_of = space.dofmap.list[cells]
+        identity = fem.Function(space)
+        identity.interpolate(lambda x: x)
+        at = identity.x.array.reshape(-1, 3)
+        cell = basix.CellType.hexahedron
+        on_corners = element.tabulate(0, basix.geometry(cell))[0, ..., 0]
+        corners = np.einsum("ck,fki->fci", on_corners, at[nodes_of])
+        of_faces = np.array(basix.topology(cell)[2])[faces]
+        # by corners alone: a thin cell's middle may be outside, where its facet is an arc
+        ahead = np.take_along_axis(corners, of_faces[..., None], axis=1).mean(1) - corners.mean(1)
+        nodes = np.take_along_axis(nodes_of, self._closures[faces], axis=1)
+        known = np.unique(nodes)
+        numbers = index_map.local_to_global(known.astype(np.int32))
+        parts = self._comm.allgather(
+            (faces, ahead, numbers[np.searchsorted(known, nodes)], numbers, at[known])
+        )
+        faces, ahead, nodes, numbers, at = map(np.concatenate, zip(*parts, strict=True))
+        self.faces = faces
+        self.numbers, first = np.unique(numbers, return_index=True)
+        self.at = at[first]
+        self.facets = np.searchsorted(self.numbers, nodes)
+        low, high = np.searchsorted(self.numbers, index_map.local_range)
+        self.own = slice(int(low), int(high))
+        self.own_nodes = self.numbers[self.own] - index_map.local_range[0]
+        everything = np.arange(len(self.facets))
+        centre = np.full((len(everything), 2), 0.5)
+        self._in_middle, _ = self.shapes(everything, centre)
+        self._sign = np.ones(len(self.facets))
+        normal = self.normal(everything, centre)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        half = np.einsum("fi,fi->f", ahead, normal)
+        self._sign = np.sign(half)
+        self.outward = self._sign[:, None] * normal
+        self.depth_mm = 2.0 * np.abs(half)
+        self.neighbours = _neighbours(self.facets)
+
+    def positions(self) -> Array:
+        """Return the coefficients of the place now, mm, shape (n, 3); collective."""
+        own = self._u.x.array.reshape(-1, 3)[self.own_nodes]
+        return np.asarray(self.at + np.concatenate(self._comm.allgather(own)))
+
+    def shapes(self, facets: Integers, points: Array) -> tuple[Array, Array]:
+        """Return shape functions, shape (p, k), and their slopes along the facets, (p, 2, k).
+
+        Parameters
+        ----------
+        facets, points
+            One facet for each point, and the point in its two coordinates, shape (p,) and (p, 2).
+        """
+        values = np.empty((len(facets), self.facets.shape[1]))
+        slopes = np.empty((len(facets), 2, self.facets.shape[1]))
+        for face in np.unique(self.faces[facets]):
+            here = self.faces[facets] == face
+            origin, *edges = facet_frames()[face]
+            table = self._element.tabulate(1, origin + points[here] @ np.array(edges))[..., 0]
+            table = table[:, :, self._closures[face]]
+            values[here] = table[0]
+            slopes[here] = np.einsum("ai,ipk->pak", edges, table[1:])
+        return values, slopes
+
+    def place(self, at: Array, facets: Integers, points: Array) -> Array:
+        """Return where points of facets are, given coefficients of the place, mm, shape (p, 3)."""
+        values, _ = self.shapes(facets, points)
+        return np.einsum("pk,pki->pi", values, at[self.facets[facets]])
+
+    def middles(self, at: Array) -> Array:
+        """Return where the middles of all facets are, mm, shape (m, 3)."""
+        return np.einsum("mk,mki->mi", self._in_middle, at[self.facets])
+
+    def normal(self, facets: Integers, points: Array, at: Array | None = None) -> Array:
+        """Return normals into the void at points of facets, as long as there is area, shape (p, 3).
+
+        Parameters
+        ----------
+        facets, points
+            As for `shapes`.
+        at
+            Coefficients of the place; undeformed by default.
+        """
+        _, slopes = self.shapes(facets, points)
+        at = self.at if at is None else at
+        along = np.einsum("pak,pki->api", slopes, at[self.facets[facets]])
+        return np.asarray(self._sign[facets, None] * np.cross(along[0], along[1]))
+
+    def opposite(self, facets: Integers, others: Integers) -> Integers:
+        """Return for each facet the one of some others that is across the void at the same X and Z.
+
+        Undeformed, by their middles.
+        """
+        middles = self.middles(self.at)[:, [0, 2]]
+        return np.asarray(others[cKDTree(middles[others]).query(middles[facets])[1]])
+
+    def struck(
+        self, at: Array, places: Array, along: Array, guess: Integers
+    ) -> tuple[Integers, Array, NDArray[np.bool_]]:
+        """Return where lines meet the surface.
+
+        Parameters
+        ----------
+        at
+            Coefficients of the place, mm.
+        places, along
+            A point of each line, and its unit direction, shape (p, 3).
+        guess
+            A facet near which each meets it.
+
+        Returns
+        -------
+        tuple
+            Facets, points on them in their coordinates, and whether the line meets the facet.
+        """
+        facets = guess.copy()
+        points, beyond = self._met(at, places, along, facets)
+        for _ in range(HOPS):
+            out = np.flatnonzero(beyond > EDGE)
+            if not len(out):
+                break
+            near = self.neighbours[facets[out]]
+            count = near.shape[1]
+            found, past = self._met(
+                at, np.repeat(places[out], count, 0), np.repeat(along[out], count, 0), near.ravel()
+            )
+            best = past.reshape(near.shape).argmin(axis=1)
+            row = np.arange(len(out))
+            facets[out] = near[row, best]
+            points[out] = found.reshape(*near.shape, 2)[row, best]
+            beyond[out] = past.reshape(near.shape)[row, best]
+        return facets, points, beyond <= EDGE
+
+    def _met(self, at: Array, places: Array, along: Array, facets: Integers) -> tuple[Array, Array]:
+        """Return where a line meets a facet, continued, and how far that is beyond its edge."""
+        first = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        frame = np.stack([first, np.cross(along, first)], axis=1)  # across the line
+        points: Array = np.full((len(facets), 2), 0.5)
+        nodes = at[self.facets[facets]]
+        for _ in range(NEWTON_ITERATIONS):
+            values, slopes = self.shapes(facets, points)
+            aside = np.einsum("pk,pki->pi", values, nodes) - places
+            misses = np.einsum("pai,pi->pa", frame, aside)
+            rates = np.einsum("pai,pbk,pki->pab", frame, slopes, nodes)
+            steps = np.linalg.solve(rates, misses[..., None])[..., 0]
+            points = np.clip(points - steps, -FARTHEST, 1.0 + FARTHEST)
+        beyond = np.abs(points - 0.5).max(axis=1) - 0.5
+        return points, np.where(np.abs(steps).max(axis=1) < SAME, beyond, np.inf)
+
+
+def _neighbours(facets: Integers) -> Integers:
+    """Return the facets that share a node with each, see `Bore`."""
+    here = np.repeat(np.arange(len(facets)), facets.shape[1])
+    at_nodes = sparse.coo_array((np.ones(here.size), (here, facets.ravel())))
+    shared = sparse.csr_array(at_nodes @ at_nodes.T)
+    rows = np.split(shared.indices, shared.indptr[1:-1])
+    most = int(np.diff(shared.indptr).max(initial=0))
+    return np.array(
+        [np.pad(row, (0, most - len(row)), mode="edge") for row in rows], dtype=np.int64
+    )
