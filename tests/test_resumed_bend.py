@@ -101,6 +101,20 @@ def test_an_interrupted_bend_goes_on_to_the_bit(
     assert len(solves) == 2 * needed
 
 
+def test_further_tests_go_on_too(coarse: BendingTest, solves: list[float]) -> None:
+    back = ["protocol.travel_mm=1", "protocol.then=[{to_mm=0}]"]
+    further = "further=[{protocol={travel_mm=2.0, then=[]}}]"
+    test = override(coarse, [*YIELDING, *back, further])
+    whole = simulate(test, MPI.COMM_SELF)
+    needed = len(solves)
+    with pytest.raises(PowerCut):
+        bend(test, 1.2)  # in the second test
+    again = bend(test)
+    assert len(solves) == 2 * needed
+    for one, other in ((again, whole), (again.further[0], whole.further[0])):
+        same(one, other)
+
+
 @pytest.mark.mpi
 @KINDS
 def test_ranks_go_on_together(

@@ -54,8 +54,8 @@ def simulate(
         A mesh of the stalk to use in place of the recipe's, from wherever it comes; not where there
         are further tests.
     solutions
-        Of the same test, as far as it got before: it goes on from there, to the bit. Further tests
-        are done again.
+        Of the same test, as far as it got before, further tests included: it goes on from there,
+        to the bit.
     changes
         Of the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
 
@@ -104,7 +104,8 @@ def _bend_all(
         start = time.perf_counter()
         before, problem = problem, BendingProblem(one, comm, build_tube(one, comm, cylinders))
         problem.take_over(before)
-        done.append(_bend(problem, start, on_step, None))
+        kept = None if solutions is None else solutions.of_further()
+        done.append(_bend(problem, start, on_step, kept))
         meshes.append(problem.tube.mesh)
     return done, meshes
 

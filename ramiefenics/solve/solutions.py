@@ -65,6 +65,7 @@ class Solutions:
     ----------
     path
         File of this rank; made if it does not exist. From where it is damaged on, it is not read.
+        Those of further tests of the stalk have its name and a number.
     comm
         All ranks of the run.
 
@@ -82,8 +83,15 @@ class Solutions:
     def __init__(self, path: Path, comm: MPI.Comm) -> None:
         path.touch()
         self._file: BinaryIO | None = path.open("r+b")
-        self._comm = comm
+        self._path, self._comm = path, comm
+        self._further: list[Solutions] = []
         self.kept, self._factors, self._next, self._heading = 0, -1, 0, b""
+
+    def of_further(self) -> Solutions:
+        """Return those of the stalk's next test; they are closed with these."""
+        path = self._path.with_name(f"{self._path.name}.{len(self._further) + 2}")
+        self._further.append(Solutions(path, self._comm))
+        return self._further[-1]
 
     def start(self, numbers: Sequence[NDArray[Any]]) -> None:
         """Look for solutions of these unknowns, and forget those of others; collective.
@@ -131,7 +139,9 @@ class Solutions:
             self.close()
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the files."""
+        for solutions in self._further:
+            solutions.close()
         if self._file is not None:
             with suppress(OSError):  # of a full disk, told before
                 self._file.close()
