@@ -141,6 +141,17 @@ def test_walls_are_in_balance(pressed: BendingProblem) -> None:
         assert abs(found @ turned) < 0.02 * pushed
 
 
+@pytest.mark.mpi
+def test_walls_meet_on_ranks_as_on_one(thin: BendingTest) -> None:
+    """A pair may be of two ranks. Newton's tolerance is 1e-4 of the residual, and less is left."""
+    test = override(thin, ["protocol.travel_mm=22", "numerics.stepping.max_step_mm=1"])
+    alone, together = (simulate(test, comm).curve for comm in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert alone["void_force_N"].iloc[-1] > 0.0
+    for name in ("force_N", "void_force_N"):
+        scale = alone[name].max()
+        assert np.abs(together[name] - alone[name]).max() < 1e-5 * scale
+
+
 @pytest.mark.slow
 def test_the_force_beyond_the_closing_converges(screening: BendingTest) -> None:
     """Two recipes differ no more beyond it than before, by some per cent for so thin a wall."""

@@ -208,7 +208,12 @@ class Bore:
             aside = np.einsum("pk,pki->pi", values, nodes) - places
             misses = np.einsum("pai,pi->pa", frame, aside)
             rates = np.einsum("pai,pbk,pki->pab", frame, slopes, nodes)
-            steps = np.linalg.solve(rates, misses[..., None])[..., 0]
+            size = np.linalg.det(
+                rates
+            )  # none where a line is along the facet, which it never meets
+            (a, b), (c, d) = rates.transpose(1, 2, 0)
+            adjoint = np.array([[d, -b], [-c, a]]) / np.where(size == 0.0, np.nan, size)
+            steps = np.einsum("abp,pb->pa", adjoint, misses)
             points = np.clip(points - steps, -FARTHEST, 1.0 + FARTHEST)
         beyond = np.abs(points - 0.5).max(axis=1) - 0.5
         return points, np.where(np.abs(steps).max(axis=1) < SAME, beyond, np.inf)

@@ -107,7 +107,6 @@ class VoidContact:
         self.couplings: Integers = np.zeros((0, 2), dtype=np.int64)
         self._pairs: Pairs | None = None
         self._last = bore.at
-        self.refresh()
 
     def refresh(self) -> bool:
         """Pair the walls where they are now, if they have moved; return whether it couples more."""
