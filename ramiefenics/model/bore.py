@@ -91,6 +91,7 @@ class Bore:
         low, high = np.searchsorted(self.numbers, index_map.local_range)
         self.own = slice(int(low), int(high))
         self.own_nodes = self.numbers[self.own] - index_map.local_range[0]
+        self._counts = self._comm.allgather(3 * len(self.own_nodes))
         everything = np.arange(len(self.facets))
         centre = np.full((len(everything), 2), 0.5)
         self._in_middle, _ = self.shapes(everything, centre)
@@ -106,7 +107,11 @@ class Bore:
     def positions(self) -> Array:
         """Return the coefficients of the place now, mm, shape (n, 3); collective."""
         own = self._u.x.array.reshape(-1, 3)[self.own_nodes]
-        return np.asarray(self.at + np.concatenate(self._comm.allgather(own)))
+        if self._comm.size == 1:
+            return np.asarray(self.at + own)
+        moved = np.empty_like(self.at)
+        self._comm.Allgatherv(own, (moved, self._counts))
+        return moved + self.at
 
     def shapes(self, facets: Integers, points: Array) -> tuple[Array, Array]:
         """Return shape functions, shape (p, k), and their slopes along the facets, (p, 2, k).
