@@ -92,12 +92,9 @@ class Matrix:
         entries
             What to add.
         """
-        integers = PETSc.IntType
-        for row, first, behind in zip(rows, entries.indptr[:-1], entries.indptr[1:], strict=True):
-            if behind > first:
-                at = columns[entries.indices[first:behind]].astype(integers)
-                added = entries.data[first:behind]
-                self.petsc.setValues([row], at, added, PETSc.InsertMode.ADD)
+        placed = (entries.indptr, columns[entries.indices], rows)
+        starts, at, numbers = (part.astype(PETSc.IntType) for part in placed)
+        self.petsc.setValuesIJV(starts, at, entries.data, PETSc.InsertMode.ADD, numbers)
 
     @property
     def own_rows(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import basix
 import numpy as np
 from dolfinx import fem
+from numpy.typing import NDArray
 from scipy import sparse
 
 from ramiefenics.model.bore import Array, Bore, Integers
@@ -89,7 +90,7 @@ class VoidContact:
     def __init__(
         self,
         displacement: fem.Function,
-        facets: np.ndarray,
+        facets: NDArray[np.int32],
         diameter_mm: float,
         stiffness_MPa: float,
     ) -> None:
@@ -210,7 +211,7 @@ class VoidContact:
 
 def void_contact(
     displacement: fem.Function,
-    facets: np.ndarray,
+    facets: NDArray[np.int32],
     diameter_mm: float,
     stiffness_MPa: float,
 ) -> VoidContact | None:

@@ -82,7 +82,6 @@ class Newton:
         Where to give up.
     linear_solver
         As in `Stepping`.
-
     """
 
     def __init__(

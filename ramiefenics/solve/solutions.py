@@ -87,11 +87,18 @@ class Solutions:
         self._further: list[Solutions] = []
         self.kept, self._factors, self._next, self._heading = 0, -1, 0, b""
 
-    def of_further(self) -> Solutions:
-        """Return those of the stalk's next test; they are closed with these."""
-        path = self._path.with_name(f"{self._path.name}.{len(self._further) + 2}")
-        self._further.append(Solutions(path, self._comm))
-        return self._further[-1]
+    def of_further(self) -> Solutions | None:
+        """Return those of the stalk's next test, closed with these; collective.
+
+        None where the file system refuses: that is told, and that test cannot be taken up again.
+        """
+        path, further = self._path.with_name(f"{self._path.name}.{len(self._further) + 2}"), None
+        try:
+            further = Solutions(path, self._comm)
+            self._further.append(further)
+        except OSError as error:
+            log.warning("this run cannot be taken up again: %s", error)
+        return further if self._comm.allreduce(further is not None, op=MPI.LAND) else None
 
     def start(self, numbers: Sequence[NDArray[Any]]) -> None:
         """Look for solutions of these unknowns, and forget those of others; collective.
