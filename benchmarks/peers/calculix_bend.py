@@ -1,10 +1,12 @@
 """Bend a layered quarter tube between two rigid cylinders with CalculiX.
 
-Usage: python calculix_bend.py MESH.msh [--friction MU] [--out forces.csv]
+Usage: python calculix_bend.py MESH.msh [--friction MU] [--radius MM] [--travel MM] [--walls]
+       [--out forces.csv]
 
 C3D8 elements, compressible neo-Hookean layers, node-to-surface penalty contact of 200 N/mm3
-with cylinders of flat facets whose nodes are all prescribed, 14 steps of 1 mm. Weak springs to
-the ground keep the tube from drifting. Forces are for the whole tube (4 times the quarter).
+with cylinders of flat facets whose nodes are all prescribed, and, with --walls, of the void's roof
+with its floor; steps of 1 mm. Weak springs to the ground keep the tube from drifting. Forces are
+for the whole tube (4 times the quarter).
 Needs ccx (2.20 or newer) on the PATH and nothing beyond Python's standard library.
 """
 
@@ -18,20 +20,19 @@ from collections.abc import Iterable
 from pathlib import Path
 
 YOUNG = {1: 30.0, 2: 120.0}  # MPa, of the volume tags xylem and phloem
-OUTER, SYMMETRY_X, SYMMETRY_Z, END = 11, 13, 14, 15  # surface tags
-CYLINDER_RADIUS = 5.0  # mm
+OUTER, INNER, SYMMETRY_X, SYMMETRY_Z, END = 11, 12, 13, 14, 15  # surface tags
 TUBE_RADIUS = 7.115  # mm
 SUPPORT_Z = 50.0  # mm
 CYLINDER_X = (-1.0, 9.0)  # mm, extent along the axis
 CONTACT_REACH = 15.0  # mm along z from a cylinder's axis within which the tube may touch it
-FACET_ANGLE = 2.5  # degrees
-FACETS = 24  # on each side of the line that touches first
+FACET = 0.218  # mm, length around a cylinder
+FACETS_ANGLE = 60.0  # degrees, of all on each side of the line that touches first
+SIDES_HEIGHT = 2.0  # mm; closer to the plane y = 0 roof and floor of the void do not touch
 PENALTY = 200.0  # N/mm3
 TENSION = 1e-6  # MPa, of nodes far off: as good as none
 STICK_SLOPE = 20.0  # N/mm3, tangential stiffness of sticking under friction
 SETTLE = 1e-3  # mm, initial penetration of both cylinders
 GROUND = 1e-5  # N/mm, spring on each node of the two ends of the tube
-STEPS = 14  # of 1 mm
 # Corners of a hexahedron's faces as CalculiX numbers them, S1 to S6.
 FACES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
@@ -60,17 +61,20 @@ def keyword(name: str, rows: Iterable[Iterable[object]]) -> str:
     return "\n".join([name, *(", ".join(map(str, row)) for row in rows)]) + "\n"
 
 
-def cylinder(name: str, side: int, z: float, node: int, element: int) -> tuple[str, int, int]:
+def cylinder(
+    name: str, side: int, z: float, radius: float, node: int, element: int
+) -> tuple[str, int, int]:
     """Input of one cylinder above (side 1) or below (-1) the tube; next node and element."""
-    center = side * (TUBE_RADIUS + CYLINDER_RADIUS - SETTLE)
+    center = side * (TUBE_RADIUS + radius - SETTLE)
     nodes, elements = [], []
-    for i in range(-FACETS, FACETS + 1):
-        angle = math.radians(i * FACET_ANGLE)
-        for radius in (CYLINDER_RADIUS - 1.0, CYLINDER_RADIUS):
-            y = center - side * radius * math.cos(angle)
+    facets = round(math.radians(FACETS_ANGLE) * radius / FACET)
+    for i in range(-facets, facets + 1):
+        angle = math.radians(i * FACETS_ANGLE / facets)
+        for ring in (radius - 1.0, radius):
+            y = center - side * ring * math.cos(angle)
             for x in CYLINDER_X:
-                nodes.append((node + len(nodes), x, y, z + side * radius * math.sin(angle)))
-    for i in range(2 * FACETS):
+                nodes.append((node + len(nodes), x, y, z + side * ring * math.sin(angle)))
+    for i in range(2 * facets):
         a = node + 4 * i  # inner ring at both ends along x, then the outer ring, then the next i
         elements.append((element + i, a, a + 1, a + 5, a + 4, a + 2, a + 3, a + 7, a + 6))
     text = keyword(f"*NODE, NSET={name}", nodes)
@@ -83,8 +87,8 @@ def cylinder(name: str, side: int, z: float, node: int, element: int) -> tuple[s
 def tube(points: list[list[float]], volumes: Cells, surfaces: Cells) -> str:
     """Input of the tube: nodes, layers, symmetry planes, the faces that may touch, springs."""
     text = keyword("*NODE, NSET=TUBE", ((i, *point) for i, point in enumerate(points, 1)))
-    outer = {frozenset(face) for face in surfaces[OUTER]}
-    touching: dict[str, list] = {"INDENTER": [], "SUPPORT": []}
+    outer, inner = ({frozenset(face) for face in surfaces[tag]} for tag in (OUTER, INNER))
+    touching: dict[str, list] = {"INDENTER": [], "SUPPORT": [], "ROOF": [], "FLOOR": []}
     element = 0
     for tag, cells in volumes.items():
         rows = []
@@ -94,15 +98,18 @@ def tube(points: list[list[float]], volumes: Cells, surfaces: Cells) -> str:
             center = [sum(points[n - 1][k] for n in cell) / 8 for k in range(3)]
             name, z = ("INDENTER", 0.0) if center[1] > 0 else ("SUPPORT", SUPPORT_Z)
             for face, corners in enumerate(FACES, 1):
-                on_surface = frozenset(cell[c] for c in corners) in outer
-                if on_surface and abs(center[2] - z) < CONTACT_REACH:
+                nodes = frozenset(cell[c] for c in corners)
+                if nodes in outer and abs(center[2] - z) < CONTACT_REACH:
                     touching[name].append((element, f"S{face}"))
+                if nodes in inner and abs(center[1]) > SIDES_HEIGHT:
+                    wall = "ROOF" if center[1] > 0 else "FLOOR"
+                    touching[wall].append((element, f"S{face}"))
         text += keyword(f"*ELEMENT, TYPE=C3D8, ELSET=LAYER{tag}", rows)
         text += f"*SOLID SECTION, ELSET=LAYER{tag}, MATERIAL=LAYER{tag}\n"
         law = (YOUNG[tag] / 2.6 / 2, 2 / (YOUNG[tag] / 1.2))
         text += keyword(f"*MATERIAL, NAME=LAYER{tag}\n*HYPERELASTIC, NEO HOOKE", [law])
     for name, faces in touching.items():
-        text += keyword(f"*SURFACE, NAME=UNDER_{name}", faces)
+        text += keyword(f"*SURFACE, NAME={name}_OF_TUBE", faces)
     for name, tag in (("SYMMETRY_X", SYMMETRY_X), ("SYMMETRY_Z", SYMMETRY_Z)):
         text += keyword(f"*NSET, NSET={name}", ((n,) for n in nodes_of(surfaces[tag])))
     return text
@@ -113,8 +120,8 @@ def nodes_of(faces: list[list[int]]) -> list[int]:
     return sorted({node for face in faces for node in face})
 
 
-def contact(friction: float) -> str:
-    """Input of the contact of the tube with both cylinders."""
+def contact(friction: float, walls: bool) -> str:
+    """Input of the contact of the tube with both cylinders, and of its void's walls."""
     text = "*MATERIAL, NAME=CYLINDER\n*ELASTIC\n1000., 0.3\n"
     text += "*SURFACE INTERACTION, NAME=TOUCH\n"
     text += f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{PENALTY}, {TENSION:f}\n"
@@ -122,23 +129,28 @@ def contact(friction: float) -> str:
         text += f"*FRICTION\n{friction}, {STICK_SLOPE}\n"
     for name in ("INDENTER", "SUPPORT"):
         text += "*CONTACT PAIR, INTERACTION=TOUCH, TYPE=NODE TO SURFACE\n"
-        text += f"UNDER_{name}, {name}_FACE\n"
+        text += f"{name}_OF_TUBE, {name}_FACE\n"
+    if walls:
+        text += "*SURFACE INTERACTION, NAME=WALLS\n"
+        text += f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{PENALTY}, {TENSION:f}\n"
+        text += "*CONTACT PAIR, INTERACTION=WALLS, TYPE=NODE TO SURFACE\n"
+        text += "ROOF_OF_TUBE, FLOOR_OF_TUBE\n"
     return text
 
 
-def loading() -> str:
+def loading(travel: int) -> str:
     """Input of the fixed nodes and of the one step, which stops at each whole millimetre."""
     return f"""*BOUNDARY
 SYMMETRY_X, 1
 SYMMETRY_Z, 3
 SUPPORT, 1, 3
 *AMPLITUDE, NAME=PUSH
-0., 0., {STEPS}., -{STEPS}.
+0., 0., {travel}., -{travel}.
 *TIME POINTS, NAME=WHOLE, GENERATE
-1., {STEPS}., 1.
+1., {travel}., 1.
 *STEP, NLGEOM, INC=1000
 *STATIC
-1., {STEPS}., 1e-4, 1.
+1., {travel}., 1e-4, 1.
 *BOUNDARY
 INDENTER, 1
 INDENTER, 3
@@ -150,19 +162,19 @@ RF
 """
 
 
-def input_file(mesh: Path, friction: float) -> str:
+def input_file(mesh: Path, friction: float, radius: float, travel: int, walls: bool) -> str:
     """Return the whole input file of CalculiX."""
     points, volumes, surfaces = read_mesh(mesh)
     text = tube(points, volumes, surfaces)
     node, element = len(points) + 1, sum(map(len, volumes.values())) + 1
     for name, side, z in (("INDENTER", 1, 0.0), ("SUPPORT", -1, SUPPORT_Z)):
-        part, node, element = cylinder(name, side, z, node, element)
+        part, node, element = cylinder(name, side, z, radius, node, element)
         text += part
     held = nodes_of(surfaces[SYMMETRY_Z] + surfaces[END])
     springs = [(element + i, n) for i, n in enumerate(held)]
     text += keyword("*ELEMENT, TYPE=SPRING1, ELSET=GROUND", springs)
     text += f"*SPRING, ELSET=GROUND\n2\n{GROUND:f}\n"
-    return text + contact(friction) + loading()
+    return text + contact(friction, walls) + loading(travel)
 
 
 def indenter_forces(printed: str) -> list[tuple[int, float]]:
@@ -176,11 +188,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("mesh", type=Path)
     parser.add_argument("--friction", type=float, default=0.0, help="Coulomb coefficient")
+    parser.add_argument("--radius", type=float, default=5.0, help="of the cylinders, mm")
+    parser.add_argument("--travel", type=int, default=14, help="mm")
+    parser.add_argument("--walls", action="store_true", help="the void's walls touch each other")
     parser.add_argument("--out", type=Path, default=Path("forces.csv"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder, "bend")
-        job.with_suffix(".inp").write_text(input_file(options.mesh, options.friction))
+        given = options.friction, options.radius, options.travel, options.walls
+        job.with_suffix(".inp").write_text(input_file(options.mesh, *given))
         with job.with_suffix(".log").open("w") as log:
             subprocess.run(["ccx", "bend"], cwd=folder, stdout=log, check=True)
         forces = indenter_forces(job.with_suffix(".dat").read_text())
