@@ -17,7 +17,7 @@ from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask
 from ramiefenics.surrogate import LearnedCurves
 from ramiefenics.surrogate.coordinates import Direction
-from ramiefenics.surrogate.pool import TOLERANCE
+from ramiefenics.surrogate.pool import CLOSE_TOLERANCE, TOLERANCE
 from ramiefenics.surrogate.process import Observed, Process
 
 X_MM = np.linspace(0.0, 14.0, 29)
@@ -115,10 +115,24 @@ def test_each_is_simulated_where_that_is_asked_for() -> None:
     learned.map([CurveTask(test, factors(tests[0])) for test in tests])
     before = beams.asked
     assert before < 20
-    curves = [done.result() for done in learned.map([CurveTask(t) for t in tests], exact=True)]
+    curves = [done.result() for done in learned.map([CurveTask(t) for t in tests], tolerance=0.0)]
     assert beams.asked == 30
     for test, curve in zip(tests, curves, strict=True):
         assert curve["force_N"].to_numpy() == pytest.approx(force_N(test), rel=1e-9)
+
+
+def test_near_simulations_what_is_learned_is_as_good() -> None:
+    tests, beams = stalks(30), Beams()
+    used = factors(tests[0])
+    learned = LearnedCurves(beams)
+    learned.map([CurveTask(test, used) for test in tests])
+    learned.map([CurveTask(test) for test in tests], tolerance=0.0)
+    before = beams.asked
+    moved = [used[0].apply(used[3].apply(test, -0.04), 0.04) for test in tests]
+    answers = learned.map([CurveTask(test) for test in moved], CLOSE_TOLERANCE)
+    assert beams.asked < before + 6
+    errors = misses(moved, [done.result() for done in answers], None)
+    assert np.quantile(errors, 0.95) < CLOSE_TOLERANCE  # two standard deviations
 
 
 def test_different_families_are_simulated_at_the_same_time() -> None:

@@ -119,16 +119,16 @@ def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> li
     before, after
         Specifications, as they are and changed.
     """
-    values: dict[tuple[Path, ...], list[dict[Path, float]]] = {}
+    values: dict[tuple[Path, ...], list[Mapping[Path, float]]] = {}
     normal = [numbers(normalised(test)[0]) for test in before]
     for old in normal:
         values.setdefault(tuple(old), []).append(old)
-    found = []
-    for test, other, old in zip(before, after, normal, strict=True):
-        alike = values[tuple(old)]
-        varied = [path for path in old if len({one[path] for one in alike}) > 1]
-        found.append(_following(test, other, varied))
-    return found
+    varied = {
+        paths: [path for path in paths if len({one[path] for one in alike}) > 1]
+        for paths, alike in values.items()
+    }
+    each = zip(before, after, normal, strict=True)
+    return [_following(test, other, varied[tuple(old)]) for test, other, old in each]
 
 
 def _following(test: BendingTest, other: BendingTest, varied: Sequence[Path]) -> BendingTest:

@@ -80,7 +80,7 @@ def apply_factors(
         for key in factor.keys:
             value = values[key] if key in values else _number(test, key, factor.name)
             values[key] = math.exp(log_factor) * value
-    return override(test, [f"{key}={value!r}" for key, value in values.items()])
+    return override(test, values)
 
 
 def _number(test: BendingTest, key: str, name: str) -> float:

@@ -153,9 +153,19 @@ class Fitter:
         scatter = fit_scatter(evidence, fitted.fit.chosen)
         return dataclasses.replace(fitted, fit=Fit(evidence, fitted.fit.chosen, scatter))
 
-    def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
-        """Fit again near the same parameters, with every curve simulated."""
-        curves = self._predictor.confirm(fitted.curves)
+    def confirmed(
+        self, fitted: Fitted, effects: Mapping[str, Effect], tolerance: float = 0.0
+    ) -> Fitted:
+        """Fit again near the same parameters, with every curve simulated, see `Predictor.confirm`.
+
+        Parameters
+        ----------
+        fitted, effects
+            As they are, and the effects whose signatures are wanted.
+        tolerance
+            Error to be expected of a curve, over its peak, below which it need not be simulated.
+        """
+        curves = self._predictor.confirm(fitted.curves, tolerance)
         evidence = dataclasses.replace(
             self.evidence(curves, effects), broken=fitted.fit.evidence.broken
         )

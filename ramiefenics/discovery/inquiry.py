@@ -130,9 +130,18 @@ class _Inquiry:
         for names, reason in search.refused.items():
             self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
         if extended is not None:
-            baseline = self._fitter.confirmed(search.nothing, {})
+            extended = self._simulated(extended, seen)
+            baseline = self._simulated(search.nothing, {})
             baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
         return self._discovery(baseline, nothing, extended, causes, (p_value, search.none), before)
+
+    def _simulated(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
+        """Return a fit with every curve simulated, if all of them reach the end."""
+        try:
+            return self._fitter.confirmed(fitted, effects)
+        except SpecificationError as error:
+            log.info("what is learned of some curves stays: %s", error)
+            return fitted
 
     def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
         """Return what each suspect changes, and those of which these curves show anything."""

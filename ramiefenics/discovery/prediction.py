@@ -110,13 +110,21 @@ class Predictor:
         by_effects, refused = signatures(self, model, raw, suspects, smooth)
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
 
-    def confirm(self, curves: Linearised) -> Linearised:
-        """Return the same with the forces of every curve simulated, none of them learned."""
+    def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
+        """Return the same with the forces of every curve simulated.
+
+        Parameters
+        ----------
+        curves
+            As they are.
+        tolerance
+            Error to be expected of a curve, over its peak, below which it need not be simulated.
+        """
         tests = self.tests(curves.model)
         tasks = [self.task(test) for test in tests]
         soon = self._soon(curves.model)
         if isinstance(self.runs, LearnedCurves):
-            answers = self.runs.map([*tasks, *soon], exact=True)
+            answers = self.runs.map([*tasks, *soon], tolerance)
         else:
             answers = self.runs.map([*tasks, *soon])
         raw = [done.result() for done in answers[: len(tasks)]]

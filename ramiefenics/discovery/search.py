@@ -7,8 +7,9 @@ baseline sets of one effect and of two, a few of one effect whatever they say, a
 fitted, those with one effect more; less what they promised too much of the same effect before.
 Small ones are tried first, and given up where they are hopeless as soon as they are simulated. The
 best so far, those that come near it in the end, and the baseline, are fitted on, with every curve
-simulated, until they stay where they are: errors of a few thousandths of the peak, of learned
-curves or of linearisations, are worth odds of a thousand.
+simulated, there or so near that what is learned is as good, until they stay where they are: errors
+of a few thousandths of the peak, of learned curves or of linearisations, are worth odds of a
+thousand.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.effects import Effect
 from ramiefenics.specification import SpecificationError
+from ramiefenics.surrogate import CLOSE_TOLERANCE
 
 log = logging.getLogger(__name__)
 
@@ -279,10 +281,11 @@ class Search:
             try:
                 if not reached.fitted.steady:
                     reached = self._moved(names, reached.fitted)
-                curves = self._fitter.confirmed(reached.fitted, self._effects).curves
+                near = self._fitter.confirmed(reached.fitted, self._effects, CLOSE_TOLERANCE)
             except SpecificationError as error:
                 log.info("%s cannot be fitted any better: %s", names, error)
                 break
+            curves = near.curves
             reached = self._judged(names, curves, self._fitter.evidence(curves, self._effects))
             if reached.fitted.steady:
                 break

@@ -6,6 +6,7 @@ the same proportions. So it is simulated for a few, and carried over to the othe
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.runs.curve import normalised
+from ramiefenics.runs.curve import REMEMBERED, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import Path, coordinates, numbers, rest_of
 
@@ -56,6 +57,7 @@ class Place:
     log_factor: float
 
     @classmethod
+    @functools.lru_cache(maxsize=REMEMBERED)
     def of(cls, test: BendingTest) -> Place:
         """Return that of a specification."""
         test, factor = normalised(test)

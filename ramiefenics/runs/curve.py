@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import io
 import warnings
@@ -20,6 +21,9 @@ from ramiefenics.specification.files import to_dict
 
 MODULUS_MPA = 1000.0
 """Of the outermost layer along the fibres in what is simulated."""
+
+REMEMBERED = 10_000
+"""Specifications whose normalised ones are remembered: they are asked for dozens of times."""
 
 
 class Change(Protocol):
@@ -125,6 +129,7 @@ def simulated(runs: Mapper, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:
     return [done.result() for done in runs.map(tasks)]
 
 
+@functools.lru_cache(maxsize=REMEMBERED)
 def normalised(test: BendingTest) -> tuple[BendingTest, float]:
     """Return the simplest specification whose forces are proportional, and the factor to them.
 

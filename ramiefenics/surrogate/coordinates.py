@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ramiefenics.runs.curve import REMEMBERED
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import test_from_dict, to_dict
 
@@ -30,7 +33,8 @@ SMALLEST = 1e-9
 """What a number that is zero has the logarithm of: it is far from all that are not."""
 
 
-def numbers(test: BendingTest) -> dict[Path, float]:
+@functools.lru_cache(maxsize=REMEMBERED)
+def numbers(test: BendingTest) -> Mapping[Path, float]:
     """Return the numbers of stalk and fixture by their place."""
     found: dict[Path, float] = {}
 
@@ -44,7 +48,7 @@ def numbers(test: BendingTest) -> dict[Path, float]:
     data = to_dict(test)
     for name in PARTS:
         walk(data[name], (name,))
-    return found
+    return MappingProxyType(found)
 
 
 def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:

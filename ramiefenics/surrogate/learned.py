@@ -10,7 +10,7 @@ import pandas as pd
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
 from ramiefenics.surrogate.coordinates import Path, numbers, rest_of
-from ramiefenics.surrogate.pool import Pool, Simulating
+from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
 
 
 class LearnedCurves:
@@ -50,15 +50,17 @@ class LearnedCurves:
         """Largest error to be expected of a learned curve, over its peak."""
         return max((pool.error for pool in self._pools.values()), default=0.0)
 
-    def map(self, tasks: Sequence[CurveTask], exact: bool = False) -> list[Done[pd.DataFrame]]:
+    def map(
+        self, tasks: Sequence[CurveTask], tolerance: float = TOLERANCE
+    ) -> list[Done[pd.DataFrame]]:
         """Return what came of tasks, in their order.
 
         Parameters
         ----------
         tasks
             Of any families.
-        exact
-            Whether to simulate each of them.
+        tolerance
+            Largest error to be expected of what is not simulated, over the peak; zero for none.
         """
         self.asked += len(tasks)
         members: dict[tuple[str, tuple[Path, ...]], list[int]] = {}
@@ -69,7 +71,7 @@ class LearnedCurves:
         asking = []
         for key, indices in members.items():
             pool = self._pools.setdefault(key, Pool(key[1]))
-            asking.append((indices, pool.answer([tasks[index] for index in indices], exact)))
+            asking.append((indices, pool.answer([tasks[index] for index in indices], tolerance)))
         for indices, answers in self._together(asking):
             found |= dict(zip(indices, answers, strict=True))
         return [found[index] for index in range(len(tasks))]

@@ -20,6 +20,9 @@ from ramiefenics.surrogate.question import SMALL, Question
 TOLERANCE = 0.002
 """Error of a learned curve over its peak: less than what a simulation may be wrong by anyway."""
 
+CLOSE_TOLERANCE = TOLERANCE / 4.0
+"""Where it is to be as good as simulated: near a simulation that is known."""
+
 FIRST = 4
 """Runs to the end before anything is learned."""
 
@@ -63,7 +66,7 @@ class Pool:
         self.error = 0.0
 
     def answer(
-        self, tasks: Sequence[CurveTask], exact: bool = False
+        self, tasks: Sequence[CurveTask], tolerance: float = TOLERANCE
     ) -> Simulating[list[Done[pd.DataFrame]]]:
         """Return what came of tasks of this family.
 
@@ -74,13 +77,14 @@ class Pool:
         ----------
         tasks
             Of this family.
-        exact
-            Whether to simulate each of them.
+        tolerance
+            Largest error to be expected of what is not simulated, over the peak.
         """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
         smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
-        while unknown := self._unknown(questions, exact):
+        closely = tolerance < TOLERANCE
+        while unknown := self._unknown(questions, tolerance):
             every = [index for index, one in enumerate(questions) if self._roughness(one)]
             if not plain and smooth and len(every) > FEW * len(questions):
                 return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
@@ -90,7 +94,7 @@ class Pool:
                     [questions[index] for index in rough], () if plain else directions, False
                 )
                 continue
-            if plain and (exact or len(unknown) <= WORTHWHILE):
+            if plain and (closely or len(unknown) <= WORTHWHILE):
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
@@ -100,16 +104,17 @@ class Pool:
             yield from self._simulate(next_ones, directions, smooth)
         return [self._answer(question) for question in questions]
 
-    def _unknown(self, questions: Sequence[Question], exact: bool) -> dict[int, float]:
+    def _unknown(self, questions: Sequence[Question], tolerance: float) -> dict[int, float]:
         """Return the questions that cannot be answered yet, with the errors to be expected."""
         left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
+        exact = tolerance == 0.0
         family = None if exact else self._learn(questions[0].test.protocol.travel_mm)
         if family is None or not left:
             return dict.fromkeys(left, np.inf)
         errors = family.expected_errors(np.array([questions[i].at for i in left]))
         spanned = [family.spans(questions[i].changes) for i in left]
         errors = np.where(spanned, errors, np.inf)
-        unknown = {i: float(e) for i, e in zip(left, errors, strict=True) if e > TOLERANCE}
+        unknown = {i: float(e) for i, e in zip(left, errors, strict=True) if e > tolerance}
         if not unknown:
             self.error = max(self.error, float(errors.max()))
         return unknown
