@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from mpi4py import MPI
 import ramiefenics as rf
 from ramiefenics.model.jit import CACHE
 
-SEED, KILLS = 20261, 15
+SEED, KILLS = 20261, 15  # of each job
 
 COARSE = {
     "numerics.mesh": "ladder_q1_1",
@@ -56,9 +56,37 @@ error = 1.0
 """
 
 
+VALIDATION = """
+title = "Small"
+mesh = "ladder_q1_1"
+response = "force_at_3mm_N"
+model = "linear"
+[design]
+kind = "sobol"
+runs = 8
+[[factors]]
+name = "friction"
+keys = ["fixture.friction.dynamic"]
+low = 0.05
+high = 0.15
+[[observations]]
+name = "thick"
+baseline = "stalk.toml"
+measured = 30.0
+error = 0.5
+[[observations]]
+name = "thin"
+baseline = "thin.toml"
+measured = 32.0
+error = 1.0
+[[splits]]
+title = "thin from thick"
+on = ["thick"]
+"""
+
 JOBS = {
     "bend": ("bend", "stalk.toml"),
-    "sweep": ("sweep", "stalk.toml", "--set", "fixture.indenter_radius_mm=4:6:9"),
+    "validate": ("validate", "validation.toml"),
     "calibrate": ("calibrate", "study.toml"),
     "discover": ("discover", "data", "--suspect", "seating_gap", "--suspect", "load_scale"),
 }
@@ -78,7 +106,9 @@ def desk() -> Iterator[tuple[Path, dict[str, str]]]:
         cache.mkdir(parents=True)
         (cache / "forms").symlink_to(CACHE)
         rf.write_test(coarse(), place / "stalk.toml")
+        rf.write_test(coarse(**{"stalk.void_diameter_mm": 7.0}), place / "thin.toml")
         (place / "study.toml").write_text(CALIBRATION)
+        (place / "validation.toml").write_text(VALIDATION)
         make_stalks(place)
         yield place, os.environ | {"XDG_CACHE_HOME": str(place / "cache"), "OMP_NUM_THREADS": "1"}
 
@@ -125,7 +155,8 @@ def kills() -> dict[str, Any]:
                         process.wait(rng.uniform(0.5, wall))
                     except subprocess.TimeoutExpired:
                         killed += 1
-                    os.killpg(process.pid, signal.SIGKILL)
+                    with suppress(ProcessLookupError):  # all of them have ended
+                        os.killpg(process.pid, signal.SIGKILL)
                     process.wait()
                     partial += (place / "out").exists() and not (
                         place / "out/summary.json"

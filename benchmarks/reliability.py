@@ -29,11 +29,14 @@ from mpi4py import MPI
 from record import DOCS, read_record, table, write_record
 
 import ramiefenics as rf
+from ramiefenics.model.jit import CACHE
+from ramiefenics.model.kernels.library import FOLDER
+from ramiefenics.model.seal import is_sound, seal
 from ramiefenics.runs import Simulation, Store, resumed
 from ramiefenics.runs.executor import compute
 from ramiefenics.specification.files import dump_test
 
-SEED, INPUTS, FLIPS, RUNS = 20260, 5000, 500, 500
+SEED, INPUTS, FLIPS, RUNS = 20260, 5000, 1000, 500
 SLOW_S = 10.0
 
 EXTREMES = """
@@ -114,7 +117,7 @@ def flips() -> dict[str, Any]:
     """Flip bits of what is kept, and count what is used as if it were true."""
     warnings.simplefilter("ignore")
     rng = np.random.default_rng(SEED)
-    used = {"finished runs": 0, "bends in progress": 0}
+    used = {"finished runs": 0, "bends in progress": 0, "compiled code": 0}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "runs"
         task = Simulation(coarse())
@@ -138,7 +141,20 @@ def flips() -> dict[str, Any]:
         for _ in range(FLIPS):
             path.write_bytes(flipped(content, rng))
             used["bends in progress"] += not bend().equals(curve)
+        for path in compiled():
+            content = path.read_bytes()
+            copy = Path(name) / path.name
+            copy.write_bytes(content)
+            seal(copy)
+            for _ in range(FLIPS // 2):
+                copy.write_bytes(flipped(content, rng))
+                used["compiled code"] += is_sound(copy)
     return {"flips": FLIPS, "used": used}
+
+
+def compiled() -> list[Path]:
+    """Return one compiled form, and one kernel."""
+    return [next(CACHE.glob("*/*.so")), next(FOLDER.glob("*.so"))]
 
 
 def flipped(content: bytes, rng: np.random.Generator) -> bytes:

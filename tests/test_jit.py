@@ -15,6 +15,8 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 
 from ramiefenics.model import jit
+from ramiefenics.model.kernels import library
+from ramiefenics.model.seal import is_sound
 
 
 def test_killed_compilation_blocks_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -29,6 +31,43 @@ def test_killed_compilation_blocks_nobody(tmp_path: Path, monkeypatch: pytest.Mo
     start = time.monotonic()
     assert fem.assemble_scalar(jit.compile_form(length)) == pytest.approx(2.0)
     assert time.monotonic() - start < 8.0
+
+
+def damage(path: Path) -> None:
+    """Change one bit in the middle of a file."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.unlink()  # what has been loaded stays as it was
+    path.write_bytes(content)
+
+
+def test_damaged_form_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "CACHE", tmp_path)
+    monkeypatch.setattr(jit, "_forms", {})
+    mesh = dmesh.create_interval(MPI.COMM_SELF, 3, (0.0, 5.0))
+    length = fem.Constant(mesh, 2.0) * ufl.dx
+    jit.compile_form(length)
+    (product,) = tmp_path.glob("*/*.so")
+    whole = product.read_bytes()
+    damage(product)
+    monkeypatch.setattr(jit, "_forms", {})
+    assert fem.assemble_scalar(jit.compile_form(length)) == pytest.approx(10.0)
+    assert product.read_bytes() == whole
+
+
+def test_damaged_kernel_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library, "FOLDER", tmp_path)
+    source, declaration = "int damaged(void) { return 7; }", "int damaged(void);"
+    assert library.compiled(source, declaration).lib.damaged() == 7
+    (product,) = tmp_path.glob("*.so")
+    made = product.stat().st_mtime_ns
+    library.compiled.cache_clear()  # as if this were another process
+    library.compiled(source, declaration)
+    assert product.stat().st_mtime_ns == made
+    damage(product)
+    library.compiled.cache_clear()
+    assert library.compiled(source, declaration).lib.damaged() == 7
+    assert is_sound(product)
 
 
 def strip(length: float) -> tuple[dmesh.Mesh, fem.Function, fem.Function]:

@@ -1,12 +1,12 @@
 """Bend a layered quarter tube between two rigid cylinders with CalculiX.
 
-Usage: python calculix_bend.py MESH.msh [--friction MU] [--radius MM] [--travel MM] [--walls]
-       [--out forces.csv]
+Usage: python calculix_bend.py MESH.msh [--friction MU] [--closing PENALTY] [--out forces.csv]
 
 C3D8 elements, compressible neo-Hookean layers, node-to-surface penalty contact of 200 N/mm3
-with cylinders of flat facets whose nodes are all prescribed, and, with --walls, of the void's roof
-with its floor; steps of 1 mm. Weak springs to the ground keep the tube from drifting. Forces are
-for the whole tube (4 times the quarter).
+with cylinders of flat facets whose nodes are all prescribed; steps of 1 mm. With --closing PENALTY
+the tube is pinched between two cylinders opposite each other until its void closes, and the void's
+roof touches its floor, all by surface-to-surface contact of that penalty. Weak springs to the
+ground keep the tube from drifting. Forces are for the whole tube (4 times the quarter).
 Needs ccx (2.20 or newer) on the PATH and nothing beyond Python's standard library.
 """
 
@@ -17,18 +17,17 @@ import re
 import subprocess
 import tempfile
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 YOUNG = {1: 30.0, 2: 120.0}  # MPa, of the volume tags xylem and phloem
 OUTER, INNER, SYMMETRY_X, SYMMETRY_Z, END = 11, 12, 13, 14, 15  # surface tags
 TUBE_RADIUS = 7.115  # mm
-SUPPORT_Z = 50.0  # mm
 CYLINDER_X = (-1.0, 9.0)  # mm, extent along the axis
 CONTACT_REACH = 15.0  # mm along z from a cylinder's axis within which the tube may touch it
 FACET = 0.218  # mm, length around a cylinder
 FACETS_ANGLE = 60.0  # degrees, of all on each side of the line that touches first
 SIDES_HEIGHT = 2.0  # mm; closer to the plane y = 0 roof and floor of the void do not touch
-PENALTY = 200.0  # N/mm3
 TENSION = 1e-6  # MPa, of nodes far off: as good as none
 STICK_SLOPE = 20.0  # N/mm3, tangential stiffness of sticking under friction
 SETTLE = 1e-3  # mm, initial penetration of both cylinders
@@ -84,7 +83,43 @@ def cylinder(
     return text, node + len(nodes), element + len(elements)
 
 
-def tube(points: list[list[float]], volumes: Cells, surfaces: Cells) -> str:
+@dataclass(frozen=True)
+class Setting:
+    """What differs between the problems.
+
+    Attributes
+    ----------
+    friction
+        Coulomb's coefficient.
+    radius, support_z
+        Of the cylinders, and where the lower one is along the tube, mm.
+    travel, every
+        Of the upper one, and after how much of it forces are printed, mm.
+    penalty
+        Stiffness of contact, N/mm3.
+    walls
+        Whether the void's roof may touch its floor.
+    """
+
+    friction: float = 0.0
+    radius: float = 5.0
+    support_z: float = 50.0
+    travel: float = 14.0
+    every: float = 1.0
+    penalty: float = 200.0
+    walls: bool = False
+
+
+CLOSING = Setting(radius=15.0, support_z=0.0, travel=12.0, every=0.25, walls=True)
+
+PATIENT = """*CONTROLS, PARAMETERS=TIME INCREMENTATION
+8, 12, 9, 40, 20, 4, , 10
+0.25, 0.5, 0.75, 0.85, , , 1.5
+"""
+"""More iterations than usual, as the walls find each other."""
+
+
+def tube(points: list[list[float]], volumes: Cells, surfaces: Cells, setting: Setting) -> str:
     """Input of the tube: nodes, layers, symmetry planes, the faces that may touch, springs."""
     text = keyword("*NODE, NSET=TUBE", ((i, *point) for i, point in enumerate(points, 1)))
     outer, inner = ({frozenset(face) for face in surfaces[tag]} for tag in (OUTER, INNER))
@@ -96,7 +131,7 @@ def tube(points: list[list[float]], volumes: Cells, surfaces: Cells) -> str:
             element += 1
             rows.append((element, *cell))
             center = [sum(points[n - 1][k] for n in cell) / 8 for k in range(3)]
-            name, z = ("INDENTER", 0.0) if center[1] > 0 else ("SUPPORT", SUPPORT_Z)
+            name, z = ("SUPPORT", setting.support_z) if center[1] < 0 else ("INDENTER", 0.0)
             for face, corners in enumerate(FACES, 1):
                 nodes = frozenset(cell[c] for c in corners)
                 if nodes in outer and abs(center[2] - z) < CONTACT_REACH:
@@ -120,38 +155,40 @@ def nodes_of(faces: list[list[int]]) -> list[int]:
     return sorted({node for face in faces for node in face})
 
 
-def contact(friction: float, walls: bool) -> str:
+def contact(setting: Setting) -> str:
     """Input of the contact of the tube with both cylinders, and of its void's walls."""
+    kind = "SURFACE" if setting.walls else "NODE"
     text = "*MATERIAL, NAME=CYLINDER\n*ELASTIC\n1000., 0.3\n"
     text += "*SURFACE INTERACTION, NAME=TOUCH\n"
-    text += f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{PENALTY}, {TENSION:f}\n"
-    if friction:
-        text += f"*FRICTION\n{friction}, {STICK_SLOPE}\n"
+    law = f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{setting.penalty}, {TENSION:f}\n"
+    text += law
+    if setting.friction:
+        text += f"*FRICTION\n{setting.friction}, {STICK_SLOPE}\n"
     for name in ("INDENTER", "SUPPORT"):
-        text += "*CONTACT PAIR, INTERACTION=TOUCH, TYPE=NODE TO SURFACE\n"
+        text += f"*CONTACT PAIR, INTERACTION=TOUCH, TYPE={kind} TO SURFACE\n"
         text += f"{name}_OF_TUBE, {name}_FACE\n"
-    if walls:
-        text += "*SURFACE INTERACTION, NAME=WALLS\n"
-        text += f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{PENALTY}, {TENSION:f}\n"
-        text += "*CONTACT PAIR, INTERACTION=WALLS, TYPE=NODE TO SURFACE\n"
+    if setting.walls:
+        text += "*SURFACE INTERACTION, NAME=WALLS\n" + law
+        text += f"*CONTACT PAIR, INTERACTION=WALLS, TYPE={kind} TO SURFACE\n"
         text += "ROOF_OF_TUBE, FLOOR_OF_TUBE\n"
     return text
 
 
-def loading(travel: int) -> str:
-    """Input of the fixed nodes and of the one step, which stops at each whole millimetre."""
+def loading(setting: Setting) -> str:
+    """Input of the fixed nodes and of the one step, which stops wherever forces are printed."""
+    travel, every = setting.travel, setting.every
     return f"""*BOUNDARY
 SYMMETRY_X, 1
 SYMMETRY_Z, 3
 SUPPORT, 1, 3
 *AMPLITUDE, NAME=PUSH
-0., 0., {travel}., -{travel}.
+0., 0., {travel}, -{travel}
 *TIME POINTS, NAME=WHOLE, GENERATE
-1., {travel}., 1.
+{every}, {travel}, {every}
 *STEP, NLGEOM, INC=1000
 *STATIC
-1., {travel}., 1e-4, 1.
-*BOUNDARY
+{every}, {travel}, {1e-7 if setting.walls else 1e-4}, {every}
+{PATIENT if setting.walls else ""}*BOUNDARY
 INDENTER, 1
 INDENTER, 3
 *BOUNDARY, AMPLITUDE=PUSH
@@ -162,25 +199,27 @@ RF
 """
 
 
-def input_file(mesh: Path, friction: float, radius: float, travel: int, walls: bool) -> str:
+def input_file(mesh: Path, setting: Setting) -> str:
     """Return the whole input file of CalculiX."""
     points, volumes, surfaces = read_mesh(mesh)
-    text = tube(points, volumes, surfaces)
+    text = tube(points, volumes, surfaces, setting)
     node, element = len(points) + 1, sum(map(len, volumes.values())) + 1
-    for name, side, z in (("INDENTER", 1, 0.0), ("SUPPORT", -1, SUPPORT_Z)):
-        part, node, element = cylinder(name, side, z, radius, node, element)
+    for name, side, z in (("INDENTER", 1, 0.0), ("SUPPORT", -1, setting.support_z)):
+        part, node, element = cylinder(name, side, z, setting.radius, node, element)
         text += part
     held = nodes_of(surfaces[SYMMETRY_Z] + surfaces[END])
     springs = [(element + i, n) for i, n in enumerate(held)]
     text += keyword("*ELEMENT, TYPE=SPRING1, ELSET=GROUND", springs)
     text += f"*SPRING, ELSET=GROUND\n2\n{GROUND:f}\n"
-    return text + contact(friction, walls) + loading(travel)
+    return text + contact(setting) + loading(setting)
 
 
-def indenter_forces(printed: str) -> list[tuple[int, float]]:
-    """Depth and force of the whole tube from what CalculiX printed at each whole millimetre."""
+def indenter_forces(printed: str) -> list[tuple[float, float]]:
+    """Depth and force of the whole tube from what CalculiX printed."""
     pattern = r"total force.*INDENTER and time\s+(\S+)\s+\S+\s+(\S+)"
-    return [(round(float(time)), -4 * float(force)) for time, force in re.findall(pattern, printed)]
+    return [
+        (round(float(time), 4), -4 * float(force)) for time, force in re.findall(pattern, printed)
+    ]
 
 
 def main() -> None:
@@ -188,15 +227,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("mesh", type=Path)
     parser.add_argument("--friction", type=float, default=0.0, help="Coulomb coefficient")
-    parser.add_argument("--radius", type=float, default=5.0, help="of the cylinders, mm")
-    parser.add_argument("--travel", type=int, default=14, help="mm")
-    parser.add_argument("--walls", action="store_true", help="the void's walls touch each other")
+    parser.add_argument("--closing", type=float, metavar="PENALTY", help="pinch; in N/mm3")
     parser.add_argument("--out", type=Path, default=Path("forces.csv"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder, "bend")
-        given = options.friction, options.radius, options.travel, options.walls
-        job.with_suffix(".inp").write_text(input_file(options.mesh, *given))
+        setting = Setting(friction=options.friction)
+        if options.closing:
+            setting = replace(CLOSING, penalty=options.closing)
+        job.with_suffix(".inp").write_text(input_file(options.mesh, setting))
         with job.with_suffix(".log").open("w") as log:
             subprocess.run(["ccx", "bend"], cwd=folder, stdout=log, check=True)
         forces = indenter_forces(job.with_suffix(".dat").read_text())

@@ -14,6 +14,7 @@ from types import ModuleType
 import cffi
 
 from ramiefenics.model.jit import CACHE, JIT_OPTIONS
+from ramiefenics.model.seal import discard, is_sound, seal
 
 FOLDER = CACHE.parent / "kernels"
 
@@ -43,12 +44,13 @@ def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) ->
     name = f"kernel_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
     FOLDER.mkdir(parents=True, exist_ok=True)
     target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    if not target.exists():  # it appears as a whole
-        # a lock ends with its process, whatever happens to that
-        with (FOLDER / f"{name}.lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not target.exists():
-                _build(target, source, declarations, options, ("m", *libraries))
+    # a lock ends with its process, whatever happens to that
+    with (FOLDER / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not is_sound(target):
+            discard(target)
+            _build(target, source, declarations, options, ("m", *libraries))
+            seal(target)
     specification = importlib.util.spec_from_file_location(name, target)
     assert specification is not None
     assert specification.loader is not None
