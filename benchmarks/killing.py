@@ -50,7 +50,7 @@ keys = ["fixture.friction.dynamic"]
 low = 0.05
 high = 0.15
 [[responses]]
-name = "force_at_3mm_N"
+name = "force_3mm_N"
 target = 30.0
 error = 1.0
 """
@@ -59,7 +59,7 @@ error = 1.0
 VALIDATION = """
 title = "Small"
 mesh = "ladder_q1_1"
-response = "force_at_3mm_N"
+response = "force_3mm_N"
 model = "linear"
 [design]
 kind = "sobol"

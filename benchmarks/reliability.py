@@ -66,6 +66,18 @@ law=fibre_plasticity; law=viscoelasticity; machine.compliance_mm_per_N=10
 """
 
 
+SAVED = """
+import sys
+import numpy as np
+from mpi4py import MPI
+from ramiefenics import simulate
+force = simulate("stalk.toml", comm=MPI.COMM_WORLD).curve["force_N"].to_numpy()
+if MPI.COMM_WORLD.rank == 0:
+    np.save(sys.argv[1], force)
+"""
+"""Saves the forces with all digits; the tables of a result have eight."""
+
+
 def inputs() -> dict[str, Any]:
     """Attack whatever reads."""
     warnings.simplefilter("ignore")
@@ -201,12 +213,9 @@ def ranks() -> dict[str, float]:
         forces = {}
         for number in (1, 2, 3, 4):
             start = ["mpirun", "--oversubscribe", "-n", str(number)] if number > 1 else []
-            command = [*start, sys.executable, "-m", "ramiefenics", "bend", "stalk.toml"]
-            subprocess.run(
-                [*command, "--out", str(number)], cwd=place, env=environment, check=True,
-                capture_output=True,
-            )  # fmt: skip
-            forces[number] = pd.read_csv(place / str(number) / "curve.csv")["force_N"].to_numpy()
+            command = [*start, sys.executable, "-c", SAVED, f"{number}.npy"]
+            subprocess.run(command, cwd=place, env=environment, check=True, capture_output=True)
+            forces[number] = np.load(place / f"{number}.npy")
     peak = forces[1].max()
     return {str(n): float(np.abs(force - forces[1]).max() / peak) for n, force in forces.items()}
 
@@ -270,7 +279,8 @@ def page(record: dict[str, Any]) -> str:
             table(["read", *outcomes], counted),
             "## Kept files",
             "",
-            "One bit changed at random; used: a result other than the right one.",
+            "One bit changed at random; used: a result other than the right one, or code with a",
+            "changed bit (half of them in a form, half in a kernel).",
             "",
             table(["kept", "bits changed", "used"], flipped_rows),
             "## Killed",

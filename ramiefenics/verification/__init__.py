@@ -5,7 +5,7 @@ from collections.abc import Callable
 from ramiefenics.verification.balance import balance
 from ramiefenics.verification.beam import beam
 from ramiefenics.verification.brazier import brazier
-from ramiefenics.verification.codes import pinned, pressed
+from ramiefenics.verification.codes import closed, pinned, pressed
 from ramiefenics.verification.constants import constants
 from ramiefenics.verification.hertz import hertz, penalty
 from ramiefenics.verification.locking import locking
@@ -34,6 +34,7 @@ STUDIES: dict[str, Callable[[], Study]] = {
         brazier,
         pinned,
         pressed,
+        closed,
     )
 }
 """All studies by name, in the order of the report; a new one is listed here."""
