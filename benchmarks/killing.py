@@ -158,9 +158,8 @@ def kills() -> dict[str, Any]:
                     with suppress(ProcessLookupError):  # all of them have ended
                         os.killpg(process.pid, signal.SIGKILL)
                     process.wait()
-                    partial += (place / "out").exists() and not (
-                        place / "out/summary.json"
-                    ).exists()
+                    out = place / "out"
+                    partial += out.exists() and not (out / ".written").exists()
                 different += tables(place, environment, job, "out") != whole
         found[name] = {"kills": killed, "different": different, "half written": partial}
         print(name, found[name], flush=True)
