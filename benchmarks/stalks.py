@@ -228,7 +228,7 @@ def main() -> None:
             make_dataset(folder, secret, SEED, OnFineMesh(Runs(executor=pool)), max(numbers))
         for number in numbers:
             for names in TRIED.values():
-                if len(names) == len(SIX) and number > MOST_WITH_SIX:
+                if names is SIX and number > MOST_WITH_SIX:
                     continue
                 label = f"{number} stalks, {len(names)} suspects"
                 record[label] = record.get(label) or run(folder, number, names)

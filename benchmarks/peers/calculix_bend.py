@@ -4,8 +4,9 @@ Usage: python calculix_bend.py MESH.msh [--friction MU] [--closing PENALTY] [--o
 
 C3D8 elements, compressible neo-Hookean layers, node-to-surface penalty contact of 200 N/mm3
 with cylinders of flat facets whose nodes are all prescribed; steps of 1 mm. With --closing PENALTY
-the tube is pinched between two cylinders opposite each other until its void closes, and the void's
-roof touches its floor, all by surface-to-surface contact of that penalty. Weak springs to the
+the nodes inside are moved until the void is 11 mm wide, and the tube is pinched between two
+cylinders opposite each other until the void closes and its roof touches its floor, all by
+surface-to-surface contact of that penalty. Weak springs to the
 ground keep the tube from drifting. Forces are for the whole tube (4 times the quarter).
 Needs ccx (2.20 or newer) on the PATH and nothing beyond Python's standard library.
 """
@@ -22,7 +23,8 @@ from pathlib import Path
 
 YOUNG = {1: 30.0, 2: 120.0}  # MPa, of the volume tags xylem and phloem
 OUTER, INNER, SYMMETRY_X, SYMMETRY_Z, END = 11, 12, 13, 14, 15  # surface tags
-TUBE_RADIUS = 7.115  # mm
+TUBE_RADIUS, XYLEM_RADIUS, VOID_RADIUS = 7.115, 6.42, 3.64  # mm
+WIDE_RADIUS = 5.5  # mm, of the void that closes
 CYLINDER_X = (-1.0, 9.0)  # mm, extent along the axis
 CONTACT_REACH = 15.0  # mm along z from a cylinder's axis within which the tube may touch it
 FACET = 0.218  # mm, length around a cylinder
@@ -53,6 +55,15 @@ def read_mesh(path: Path) -> tuple[list[list[float]], Cells, Cells]:
         _, kind, tags, tag, *rest = map(int, line.split())
         (volumes if kind == 5 else surfaces).setdefault(tag, []).append(rest[tags - 1 :])
     return points, volumes, surfaces
+
+
+def widened(point: list[float]) -> list[float]:
+    """Return where a node goes if the void is wider; the outside of the xylem stays."""
+    x, y, z = point
+    radius = math.hypot(x, y)
+    share = max(XYLEM_RADIUS - radius, 0.0) / (XYLEM_RADIUS - VOID_RADIUS)  # 1 at the void
+    factor = 1.0 + share * (WIDE_RADIUS - VOID_RADIUS) / radius
+    return [factor * x, factor * y, z]
 
 
 def keyword(name: str, rows: Iterable[Iterable[object]]) -> str:
@@ -98,7 +109,7 @@ class Setting:
     penalty
         Stiffness of contact, N/mm3.
     walls
-        Whether the void's roof may touch its floor.
+        Whether the void is wide, and its roof may touch its floor.
     """
 
     friction: float = 0.0
@@ -202,6 +213,8 @@ RF
 def input_file(mesh: Path, setting: Setting) -> str:
     """Return the whole input file of CalculiX."""
     points, volumes, surfaces = read_mesh(mesh)
+    if setting.walls:
+        points = [widened(point) for point in points]
     text = tube(points, volumes, surfaces, setting)
     node, element = len(points) + 1, sum(map(len, volumes.values())) + 1
     for name, side, z in (("INDENTER", 1, 0.0), ("SUPPORT", -1, setting.support_z)):

@@ -153,19 +153,13 @@ class Fitter:
         scatter = fit_scatter(evidence, fitted.fit.chosen)
         return dataclasses.replace(fitted, fit=Fit(evidence, fitted.fit.chosen, scatter))
 
-    def confirmed(
-        self, fitted: Fitted, effects: Mapping[str, Effect], tolerance: float = 0.0
-    ) -> Fitted:
-        """Fit again near the same parameters, with every curve simulated, see `Predictor.confirm`.
+    def confirm(self, curves: Linearised, tolerance: float) -> Linearised:
+        """Return the same with the forces of every curve simulated, see `Predictor.confirm`."""
+        return self._predictor.confirm(curves, tolerance)
 
-        Parameters
-        ----------
-        fitted, effects
-            As they are, and the effects whose signatures are wanted.
-        tolerance
-            Error to be expected of a curve, over its peak, below which it need not be simulated.
-        """
-        curves = self._predictor.confirm(fitted.curves, tolerance)
+    def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
+        """Fit again near the same parameters, with every curve simulated."""
+        curves = self._predictor.confirm(fitted.curves)
         evidence = dataclasses.replace(
             self.evidence(curves, effects), broken=fitted.fit.evidence.broken
         )

@@ -281,11 +281,10 @@ class Search:
             try:
                 if not reached.fitted.steady:
                     reached = self._moved(names, reached.fitted)
-                near = self._fitter.confirmed(reached.fitted, self._effects, CLOSE_TOLERANCE)
+                curves = self._fitter.confirm(reached.fitted.curves, CLOSE_TOLERANCE)
             except SpecificationError as error:
                 log.info("%s cannot be fitted any better: %s", names, error)
                 break
-            curves = near.curves
             reached = self._judged(names, curves, self._fitter.evidence(curves, self._effects))
             if reached.fitted.steady:
                 break

@@ -27,7 +27,7 @@ from ufl.corealg.map_dag import map_expr_dag
 from ufl.corealg.multifunction import MultiFunction
 
 from ramiefenics.model.compat import expression_with, form_with
-from ramiefenics.model.seal import discard, is_sound
+from ramiefenics.model.seal import is_sound, seal
 from ramiefenics.model.structure import Structure
 
 
@@ -70,7 +70,7 @@ def _compiling(signature: str, comm: MPI.Comm) -> Iterator[dict[str, Any]]:
 
     FFCx marks what is being compiled by its C file, for which others wait. Under a lock, which ends
     with its process, such a file without its product has been left by a compilation that was
-    killed. So has a product that is not as it was compiled. What differs is compiled at the same
+    killed; what is not as it was compiled counts as such. What differs is compiled at the same
     time.
     """
     folder = CACHE / signature[:24]
@@ -81,17 +81,20 @@ def _compiling(signature: str, comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for product in folder.glob("*.so"):
-            if not is_sound(product):
-                discard(product)
-                (folder / f"{product.name.partition('.')[0]}.c.cached").unlink(missing_ok=True)
+        for product in _unsound(folder):
+            product.unlink()  # other processes may run it: it is not written over
+            (folder / f"{product.name.partition('.')[0]}.c.cached").unlink(missing_ok=True)
         names = set(os.listdir(folder))
         for name in names:
             if name.endswith(".c") and f"{name}.cached" not in names:
                 (folder / name).unlink()
         yield options
-        for product in folder.glob("*.so"):
-            is_sound(product)  # what is new is sealed
+        for product in _unsound(folder):  # what is new
+            seal(product)
+
+
+def _unsound(folder: Path) -> list[Path]:
+    return [product for product in folder.glob("*.so") if not is_sound(product)]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from contextlib import suppress
 from pathlib import Path
 
 
@@ -13,22 +12,11 @@ def seal(path: Path) -> None:
 
 
 def is_sound(path: Path) -> bool:
-    """Return whether a file is there as it was sealed; one that never was is sealed as it is."""
+    """Return whether a file is there as it was sealed."""
     try:
-        expected = _beside(path).read_bytes()
-    except FileNotFoundError:
-        if not path.exists():
-            return False
-        seal(path)
-        return True
-    return path.exists() and expected == _checksum(path).encode("ascii")
-
-
-def discard(path: Path) -> None:
-    """Remove a file and its checksum."""
-    for one in (path, _beside(path)):
-        with suppress(FileNotFoundError):
-            one.unlink()
+        return _beside(path).read_bytes() == _checksum(path).encode("ascii")
+    except FileNotFoundError:  # either of the two
+        return False
 
 
 def _beside(path: Path) -> Path:

@@ -107,8 +107,8 @@ class Pool:
     def _unknown(self, questions: Sequence[Question], tolerance: float) -> dict[int, float]:
         """Return the questions that cannot be answered yet, with the errors to be expected."""
         left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
-        exact = tolerance == 0.0
-        family = None if exact else self._learn(questions[0].test.protocol.travel_mm)
+        travel_mm = questions[0].test.protocol.travel_mm
+        family = self._learn(travel_mm) if tolerance > 0.0 else None
         if family is None or not left:
             return dict.fromkeys(left, np.inf)
         errors = family.expected_errors(np.array([questions[i].at for i in left]))

@@ -109,6 +109,16 @@ def pinned() -> Study:
     )
 
 
+def _plot(curve: pd.DataFrame, others: pd.DataFrame) -> Plot:
+    """Draw our curve, and points of other codes."""
+    series = [
+        Series(str(code), found["displacement_mm"].to_numpy(), found["force_N"].to_numpy(), True)
+        for code, found in others.groupby("code")
+    ]
+    ours = Series("ramiefenics", curve["displacement_mm"], curve["force_N"])
+    return Plot("travel (mm)", "force (N)", (ours, *series))
+
+
 def pressed() -> Study:
     """Compare the tube between cylinders with four codes, to 14 mm."""
     curve = simulate(isotropic(VOID_MM), MPI.COMM_SELF, tube=tube()).curve
@@ -123,10 +133,6 @@ def pressed() -> Study:
     table = others.pivot_table(index="displacement_mm", columns="code", values="force_N")
     table.insert(0, "ramiefenics", list(np.interp(table.index, travel, force)))
     even = table.index % 2 == 0
-    series = [
-        Series(str(code), found["displacement_mm"].to_numpy(), found["force_N"].to_numpy(), True)
-        for code, found in others.groupby("code")
-    ]
     return Study(
         "Other codes: tube between cylinders",
         "Isotropic neo-Hookean layers, first-order cells, without friction. The others use "
@@ -141,7 +147,7 @@ def pressed() -> Study:
             ),
         ),
         table[even].reset_index().rename(columns={"displacement_mm": "travel (mm)"}),
-        Plot("travel (mm)", "force (N)", (Series("ramiefenics", travel, force), *series)),
+        _plot(curve, others),
     )
 
 
@@ -175,10 +181,6 @@ def closed() -> Study:
     pressed: Array = np.interp(table.index, travel, curve["void_force_N"])
     table.insert(1, "of it through the void", list(pressed))
     ratio = (table["ramiefenics"] / table["CalculiX, rigid"])[pressed > 0.0]
-    series = [
-        Series(str(code), found["displacement_mm"].to_numpy(), found["force_N"].to_numpy(), True)
-        for code, found in others.groupby("code")
-    ]
     return Study(
         "Other codes: a void that closes",
         "The same layers and cells, the void widened to 11 mm, pinched without friction between "
@@ -203,5 +205,5 @@ def closed() -> Study:
         table[table.index >= CLOSED_TRAVEL_MM - 2.0]
         .reset_index()
         .rename(columns={"displacement_mm": "travel (mm)"}),
-        Plot("travel (mm)", "force (N)", (Series("ramiefenics", travel, force), *series)),
+        _plot(curve, others),
     )

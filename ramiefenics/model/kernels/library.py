@@ -14,7 +14,7 @@ from types import ModuleType
 import cffi
 
 from ramiefenics.model.jit import CACHE, JIT_OPTIONS
-from ramiefenics.model.seal import discard, is_sound, seal
+from ramiefenics.model.seal import is_sound, seal
 
 FOLDER = CACHE.parent / "kernels"
 
@@ -48,7 +48,6 @@ def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) ->
     with (FOLDER / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not is_sound(target):
-            discard(target)
             _build(target, source, declarations, options, ("m", *libraries))
             seal(target)
     specification = importlib.util.spec_from_file_location(name, target)
