@@ -42,35 +42,36 @@ NITSCHE = ((0, 5), (0, 20), (0, 100), (0, 500), (-1, 5), (-1, 20), (-1, 500), (1
 
 HEAD = """# Convergence
 
-Made by `./run python benchmarks/convergence.py`: the calibration stalk (`table3`), quarter model,
-all cylinders of 5 mm radius, default law. Forces in N, slope in N/mm. "The finest" is the last mesh
-of second order. CPU times are those of one of two runs at a time on a shared two-core virtual
-machine.
+Written by `./run python benchmarks/convergence.py` for the stalk of the calibration (`table3`):
+quarter model, default law, all cylinders of 5 mm radius. Forces are in N, the slope is in N/mm.
+"The finest" is the last second-order mesh. CPU times were measured with two runs at a time on a
+shared virtual machine with two cores.
 
-`ramiefenics converge` (in Python `converge`) makes the study of the meshes for any specification,
-of either element order. It compares the maximum force, the slope (the secant between 10 and 40 % of
-the maximum), and the forces at 2/7, 4/7 and all of the travel, interpolated linearly between steps.
-The representative size of a mesh's cells is the cube root of volume over number of cells. Of the
-three finest meshes follow the observed order, the Richardson limit and the grid-convergence index
-(GCI, an error of the finest mesh that is to hold in 95 % of cases: Roache 1994) by the procedure of
-Celik et al. (2008) for ratios of refinement that differ. Where the differences alternate in sign,
-the sequence oscillates: no order and no limit, but an index. Where they do not shrink, or by less
-than an order of 0.5 would have it, there is no order, no limit and no index; half the range of the
-three meshes is given instead, which is no bound. An order above 4 is an accident, too: no limit, no
-index, half the range. "The meshes before" are the three that
-remain without the finest: an order that they do not confirm is not yet the one at which the error
-vanishes.
+`ramiefenics converge` (in Python `converge`) makes the mesh study for any specification and either
+element order. It compares the maximum force, the slope (the secant between 10 and 40 % of the
+maximum), and the forces at 2/7, 4/7 and all of the travel, interpolated linearly between steps.
+The representative cell size of a mesh is the cube root of its volume divided by its number of
+cells. The observed order, the Richardson limit and the grid-convergence index (GCI, an error of
+the finest mesh that should hold in 95 % of cases; Roache 1994) are computed from the three finest
+meshes by the procedure of Celik et al. (2008) for unequal refinement ratios. There are three
+exceptions. If the differences alternate in sign, the sequence oscillates, and only the index is
+given. If they do not decrease, or by less than an order of 0.5 would imply, half the range of the
+three meshes is given instead, which is not a bound. The same is done if the observed order exceeds
+4, which can only be accidental. "The meshes before" are the three meshes before the finest. If
+they do not confirm the observed order, the sequence has not yet reached the range in which the
+error decreases at a constant order.
 
-The second-order meshes have 20 nodes per cell and are graded towards the bore and the sides. All
-runs are elliptic to the end. What converges last is the hinge at the bore's sides, where the
-flattened void bends: there cells are crushed to half their volume, the strain is the larger the
-finer the mesh, and beyond 12 mm the force goes on falling by some tenths of a per cent from mesh to
-mesh. First-order meshes lock in the bending of the crushed wall.
+The second-order meshes have 20 nodes per cell and are graded towards the bore and the sides. In
+all runs strong ellipticity holds to the end. The region that converges last is the hinge at the
+sides of the bore, where the wall of the flattened void bends. Its cells are crushed to half their
+volume, the strain increases as the mesh is refined, and beyond 12 mm the force decreases by some
+tenths of a per cent from each mesh to the next. First-order meshes lock in the bending of the
+crushed wall.
 
-Up to 4 mm of travel the second-order ladder is too coarse under the cylinders for an order to show:
-there its cells are 8 to 2.4 mm long, and the contact 2 to 4 mm. The first-order ladder's are 2 to
-0.56 mm. On `ladder_q2_3` with cells of 2 and of 1 mm there (`numerics.mesh.contact_size`) the
-force at 4 mm is 55.9 and 56.0 N.
+Up to 4 mm of travel the second-order meshes are too coarse under the cylinders to show an order.
+Their cells there are 8 to 2.4 mm long, those of the first-order meshes 2 to 0.56 mm, and the
+contact is 2 to 4 mm long. On `ladder_q2_3` with cells of 2 and of 1 mm there
+(`numerics.mesh.contact_size`) the force at 4 mm is 55.9 and 56.0 N.
 
 """
 
@@ -238,7 +239,8 @@ def main() -> None:
     text += "## Largest step\n\nOn `ladder_q2_3`.\n\n"
     text += table(head, [line(label, record[label]) for label in steps])
     text += f"\nDifferences: {spread([record[label] for label in steps])}.\n\n"
-    text += "## Nitsche's method\n\nVariant and stabilisation, on `ladder_q2_3`.\n\n"
+    text += "## Nitsche's method\n\n"
+    text += "The variant (theta) and the stabilisation parameter, on `ladder_q2_3`.\n\n"
     text += table(head, [line(label, record[label]) for label in nitsche])
     text += f"\nDifferences: {spread([record[label] for label in nitsche])}.\n"
     text += "\n## Modelled part\n\nOn the screening recipe.\n\n"

@@ -23,9 +23,9 @@ SIGNATURES = Path(__file__).resolve().parent / "records/effect_signatures.json"
 
 TEXT = """# Effects: what a specification may lack
 
-Real stalks, fixtures and machines have what an idealised test has not. Each such effect is a \
-function from specification to specification with an amplitude, whose zero is the specification \
-itself:
+Real stalks, fixtures and machines differ from an idealised test. Each such difference, an effect, \
+is a function from specification to specification. It has an amplitude, and at amplitude zero it \
+leaves the specification as it is:
 
     ramiefenics effects                 # all of them
     ramiefenics effects pith_core       # physics, reference, amplitude, where it enters
@@ -33,51 +33,55 @@ itself:
     ramiefenics bend table3 --effects mine.py --effect worn_indenter=2
     ramiefenics discover DATASET --suspect friction --suspect span_error
 
-`bend` puts them in one after the other, as given, and writes the specification with them to the \
-folder of its results. `discover` tries all but {others}, of which a single loading shows \
-hardly anything that others do not, and those of `--effects FILE.py`; with `--suspect` the shipped \
-ones that are named instead. \
-[CONTRIBUTING.md](../CONTRIBUTING.md#add-an-effect) has how to write one.
+`bend` applies the effects in the order in which they are given, and writes the resulting \
+specification to the folder of its results. `discover` tries all effects except {others}, which a \
+single loading can hardly distinguish from others, and tries those of `--effects FILE.py` as well. \
+With `--suspect` it tries only the shipped effects that are named. \
+[CONTRIBUTING.md](../CONTRIBUTING.md#add-an-effect) describes how to write one.
 
 {effects}
-Amplitudes marked with * differ from specimen to specimen; the others are those of a machine, a \
-fixture or a batch. Where an effect needs more of the stalk than the quarter model has, the half \
-or the full model is chosen, and `bend` says so.
+Amplitudes marked with * differ from specimen to specimen. The others belong to a machine, a \
+fixture or a batch of stalks and are the same for all specimens. If an effect breaks a symmetry of \
+the quarter model, the half or the full model is used instead, and `bend` says so.
 
-## What each is
+## The physics of each effect
 
 {physics}
-## What each does to the force
+## How each changes the force
 
 ![Change of the force by every effect, in percent of the peak](effects_signatures.png)
 
-Orange: what an effect of typical size does to the force of a mean ramie stalk (diameters of 14.23 \
-and 7.28 mm, phloem of 0.67 mm) on the recipe `screening`, as the machine records it. Blue band: \
-what other axial and transverse moduli of both layers could do, if each is known to 10 %, at 95 %. \
-Dashed: what is left of the signature once these are fitted, by least squares beside errors of 1 % \
-of the peak.
+Orange: change of the recorded force caused by an effect of typical size, its signature, for a \
+mean ramie stalk (diameters of 14.23 and 7.28 mm, phloem of 0.67 mm) on the recipe `screening`. \
+Blue band: changes that the axial and transverse moduli of both layers could cause if each is \
+known to 10 % (95 % band). Dashed: the part of the signature that remains after these moduli have \
+been fitted by least squares, with errors of 1 % of the peak.
 
 ## What each can be mistaken for
 
-The table has the root mean square of an effect's signature over 14 mm, and of what a fit of the \
-moduli leaves of it, in percent of the peak force; and which effects are alike: beside a fit of \
-the moduli their signatures, weighed by prior and errors, are less than 30 degrees apart, for the \
-signs that their amplitudes may have. One test like this one tells these from each other only \
-where they are large. All angles are below.
+The table gives the root mean square of each signature over 14 mm of travel, and of the part of it \
+that remains after a fit of the moduli, in per cent of the peak force. It also lists the effects \
+that are alike. Two effects are called alike if the angle between their signatures, after the fit \
+of the moduli and weighted by prior and errors, is less than 30 degrees for the signs that their \
+amplitudes may have. A single test of this kind distinguishes them only if they are large. The \
+figure below the table gives the angles between all effects.
 
 {mistaken}
 ![Angles between the signatures of all effects](effects_angles.png)
 
 ## With a second test
 
-Degrees between those that are alike in one test, if the same stalk is tested a second time: on \
-another span, under thicker cylinders, turned, a hundred times faster, or unloaded after the first \
-loading. `ramiefenics plan` does this for your test and what you know of your stalks.
+Effects that are alike in one test may differ in a second test of the same stalk. The table gives \
+the angle between their signatures, in degrees, if the second test is made on another span, with \
+thicker cylinders, with the stalk turned, a hundred times faster, or with unloading after the \
+first loading. `ramiefenics plan` computes this for your own test and your own knowledge of the \
+stalks.
 
 {second}
 ## What does not combine
 
-Every pair was applied at typical size to a ramie stalk, in both orders. All others combine.
+Every pair of effects was applied at typical size to a ramie stalk, in both orders. The pairs in \
+the table cannot be combined; all others can.
 
 {excluded}"""
 

@@ -55,56 +55,61 @@ Rows = Mapping[str, Mapping[str, Any]]
 
 HEAD = """# Explicit dynamics
 
-Made by `./run python benchmarks/explicit.py`: the calibration stalk (`table3`), quarter model,
-default law, friction on, to 14 mm of travel, with inertia in explicit time steps, beside the
-quasi-static curve (`implicit`, steps of 0.25 mm) on the same mesh.
+Written by `./run python benchmarks/explicit.py`. The stalk of the calibration (`table3`) is bent
+to 14 mm of travel with inertia, by explicit time integration, as a quarter model with the default
+law and friction. The force is compared with the quasi-static curve on the same mesh (`implicit`,
+steps of 0.25 mm).
 
-The published study used LS-DYNA, an explicit code, and gives neither the indenter's speed nor mass
-scaling. With steps of a microsecond a test as slow as a testing machine's, of minutes, is out of
-reach. So two questions: does the other method give the same force, and how fast may the test be?
+The published study used LS-DYNA, an explicit code, but states neither the speed of the indenter
+nor the mass scaling. With time steps of a microsecond, a test cannot be simulated at the speed of
+a testing machine, where it takes minutes. Two questions follow: does explicit integration give the
+same force, and how fast may the simulated test be?
 
 ![Force against travel at several speeds; errors against duration](explicit.png)
 
 ## Method
 
-The same forms, laws and contact as in quasi-static bending, with lumped mass M, residual R, and the
-central difference method (Belytschko, Liu and Moran 2000, section 6.2):
+The weak form, the material laws and the contact are those of the quasi-static simulation. With the
+lumped mass M and the residual R, the central difference method (Belytschko, Liu and Moran 2000,
+section 6.2) gives
 
     M (v+ - v-) / dt = -R(u + b dt v-),    u+ = u + dt v+,    dt = 0.9 * 2 / (w_max sqrt(1 + 2 b))
 
-For b = 0 this is the bound of Courant, Friedrichs and Lewy (1928). w_max is the highest frequency,
-by Arnoldi's method (1951) on the tangent, renewed every 0.1 mm of travel; b = 0.06 damps vibrations
-as fast as that, and slower ones in proportion to their frequency. Slow vibrations are damped by a
-drag on what the velocity differs by from its mean over a twentieth of the test (Akervik and others
-2006). The indenter's velocity is
+For b = 0 this is the limit of Courant, Friedrichs and Lewy (1928). The highest frequency w_max is
+computed from the tangent by Arnoldi's method (1951) every 0.1 mm of travel. The damping b = 0.06
+acts fully on vibrations of that frequency, and on slower ones in proportion to their frequency.
+Slow vibrations are damped by a drag on the difference between the velocity and its mean over a
+twentieth of the test (Akervik et al. 2006). The velocity of the indenter is
 
     v(t) = V (10 x^3 - 15 x^4 + 6 x^5),    x = min(t / (0.2 T), 1),    V = 14 mm / (0.9 T)
 
-for a test of duration T. Forces are means over 0.1 mm of travel on either side; nothing else is
-filtered. Multiplying all masses by f (mass scaling) has the same effect as a test shorter by the
-root of f, as the material knows no rates. Energies are balanced: the indenter's work against
-stored, kinetic, friction's, and what damping takes. [model.md](model.md) tells more.
+for a test of duration T. Forces are averaged over 0.1 mm of travel on either side and not filtered
+otherwise. Because the material does not depend on rate, multiplying all masses by f (mass scaling)
+has the same effect as shortening the test by the square root of f. The energy error is the
+difference between the work of the indenter and the sum of stored energy, kinetic energy, friction
+and damping. [model.md](model.md) gives the details.
 
 """
 SPEED = """
-Errors are relative to the quasi-static maximum: that of the largest force, and the largest one at
-any travel. Kinetic over stored energy is the largest after a tenth of the travel, the energy error
-the largest anywhere. By the usual rule, kinetic energy below 5 % of the stored, a test is
-quasi-static.
+Errors are relative to the quasi-static maximum. The table gives the error of the maximum and the
+largest error at any travel, the largest ratio of kinetic to stored energy after the first tenth of
+the travel, and the largest energy error. By the usual rule a test is quasi-static if the kinetic
+energy stays below 5 % of the stored energy.
 
-A test that is too fast ripples about the quasi-static curve with the period of the whole stalk
-swinging between its cylinders. Its maximum is that of a ripple: too large, and at a travel that
-only the speed decides. When the test is as short as a period or two, one ripple is all there is of
-it: a high maximum with a drop after it, neither of them the stalk's. Where the kinetic energy is 5
-% of the stored, the errors are smaller than that. Scaled masses give what the duration over the
-root of the mass factor gives, at the same cost. Ripples fade in the course of a test, by the
-drag; its end is nearer to the quasi-static curve than its beginning.
+If the test is too fast, the force oscillates about the quasi-static curve with the period of the
+whole stalk vibrating between the cylinders. The maximum is then the crest of an oscillation. It is
+too large, and its position depends only on the speed. If the test lasts no longer than one or two
+periods, the curve consists of a single oscillation: a high maximum followed by a drop, neither of
+which is a property of the stalk. Where the kinetic energy is 5 % of the stored energy, the errors
+of the force are smaller than 5 %. A test with scaled mass gives the same result as one that is
+shorter by the square root of the mass factor, at the same cost. The drag makes the oscillations
+decay, so the end of a curve is closer to the quasi-static one than its beginning.
 
 """
 MESHES = """## Other meshes
 
-The second has elements of second order with 20 nodes, hence mass from the scaled diagonal of the
-consistent one.
+The second mesh has second-order elements with 20 nodes. Its lumped mass is the scaled diagonal of
+the consistent mass matrix.
 
 """
 

@@ -20,36 +20,37 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "published_tables.md"
 
 HEAD = """# The published tables, checked
 
-Tables 1 to 8 of the study, "Bending mechanics test and parameters calibration of ramie stalks", are
-in `ramiefenics/published/data/` as printed, with a README that tells in words where they contradict
-themselves; `ramiefenics.published_table(5)` is one as a data frame, with units in the columns'
-names. This page has what arithmetic says about them. All of its tables are written by `./run python
+Tables 1 to 8 of the study, "Bending mechanics test and parameters calibration of ramie stalks",
+are in `ramiefenics/published/data/` as printed, with a README that explains where they contradict
+themselves. `ramiefenics.published_table(5)` returns a table as a data frame, with units in the
+column names. This page checks the arithmetic of the tables. It is written by `./run python
 benchmarks/published_tables.py`.
 
-A printed number stands for all that round to it. Each check recomputes it from other printed
-numbers, and over all that round to those; it holds if the two ranges meet.
+A printed number stands for every value that rounds to it. Each check recomputes the number from
+other printed numbers, over all values that round to them. The check holds if the two ranges
+overlap.
 
 """
 
 TABLE_6 = """## Table 6, the analysis of variance
 
-Mean squares, F and p follow from sums of squares and degrees of freedom; F and p of a term
-against the residual, of the lack of fit against the pure error. "p of the printed F" is what the
-printed F alone would give: it is right for X2X3, so its F was wrong before its p was.
+The mean squares, F and p follow from the sums of squares and the degrees of freedom. Terms are
+compared with the residual, the lack of fit with the pure error. "p of the printed F" is the p that
+follows from the printed F alone. For X2X3 it agrees with the printed p, so the error is in F.
 `ramiefenics.check_anova` does this for any such table.
 
 """
 
 TABLE_5 = """## Table 5, the central composite design
 
-As printed, X2 repeats X3 in every row but row 2, and neither Eq. 5 nor Table 6 comes out.
-`ramiefenics reconcile` finds the design that was run. Which row belongs to which point of a
-central composite design is an assignment problem; published coefficients and sums of squares,
-each to half a unit of its last digit, are linear inequalities on it (a sum of squares for either
-sign of its coefficient); the least change that obeys them is a mixed-integer linear program,
-which HiGHS solves, with proof, in hundredths of a second. Fewest changed rows come first, then
-fewest changed cells. Then every solution is fitted, and compared with all published numbers, pure
-error and lack of fit included.
+As printed, X2 repeats X3 in every row except row 2, and neither Eq. 5 nor Table 6 can be
+reproduced. `ramiefenics reconcile` finds the design that was run. Assigning the rows to the points
+of a central composite design is an assignment problem. The published coefficients and sums of
+squares, each to half a unit of its last digit, are linear inequalities on the assignment (a sum of
+squares for either sign of its coefficient). Finding the smallest change that satisfies them is a
+mixed-integer linear program, which HiGHS solves to proven optimality in hundredths of a second. It
+minimises the number of changed rows first, and then the number of changed cells. Each solution is
+then fitted and compared with all published numbers, including the pure error and the lack of fit.
 
 """
 

@@ -30,23 +30,24 @@ COVARIATES = ["stalk.position_mm=500", "stalk.moisture=0.1"]
 
 HEAD = """# Robustness
 
-Made by `./run python benchmarks/robustness.py`: the published stalks to 14 mm on the mesh \
-`ladder_q2_3`. All runs are in `benchmarks/records/robustness.json`.
+Written by `./run python benchmarks/robustness.py`, which bends the published stalks to 14 mm on \
+the mesh `ladder_q2_3`. All runs are in `benchmarks/records/robustness.json`.
 
 ## Stalks, cylinders, friction
 
-Cylinders of four radii, friction 0, 0.12 and 0.59 (static and dynamic alike), nu_XY of both \
-layers 0.2, 0.3 and 0.4; each line sums up nine runs.
+Cylinders of four radii, coefficients of friction 0, 0.12 and 0.59 (static and dynamic the same), \
+and nu_XY of both layers 0.2, 0.3 and 0.4. Each row summarises nine runs.
 
 """
 
 EFFECTS_HEAD = """
 ## Effects
 
-Each [effect](effects.md) at twice its typical size, or at its bound, on the same stalks, 500 mm \
-from where positions are counted, and moister by 0.1; each line sums up four runs. Forces are the \
-indenter's, which errors of the machine leave as they are. Half of the fibres' stiffness lost by \
-damage is more than the law stays elliptic with: what follows depends on the mesh, and says so.
+Each [effect](effects.md) is applied at twice its typical size, or at its bound, to the same \
+stalks, at a position of 500 mm and with a moisture content higher by 0.1. Each row summarises \
+four runs. The forces are those at the indenter, which errors of the machine do not change. If \
+damage removes half of the fibres' stiffness, the law loses strong ellipticity; the rest of such \
+a run depends on the mesh, and its summary says so.
 
 """
 
