@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -37,7 +38,14 @@ class Formula:
     def _curve(self, task: CurveTask) -> pd.DataFrame:
         force = force_N(task.test)
         slopes = {f.name: (force_N(f.apply(task.test, 0.01)) - force) / 0.01 for f in task.factors}
-        return pd.DataFrame({"displacement_mm": AT_MM, "force_N": force, **slopes})
+        curve = pd.DataFrame({"displacement_mm": AT_MM, "force_N": force, **slopes})
+        if not task.test.protocol.then:
+            return curve
+        turn = task.test.protocol.travel_mm
+        at = np.append(AT_MM[turn > AT_MM], turn)
+        there = force_N(replace(task.test, protocol=replace(task.test.protocol, then=())))
+        back = np.append(np.interp(at[:-1], AT_MM, force), np.interp(turn, AT_MM, there))
+        return pd.DataFrame({"displacement_mm": at, "force_N": back})
 
 
 STRAIN = 0.1 * AT_MM / 14.0
@@ -62,6 +70,18 @@ def learned_N(test: rf.BendingTest) -> np.ndarray:
     return force
 
 
+HYSTERESIS = 0.1
+"""Share of the force that friction takes on the way back."""
+
+
+def lost(test: rf.BendingTest) -> np.ndarray:
+    """Return the share of the force that damage takes; on the way back the largest, if it lasts."""
+    damage = test.stalk.layers[-1].material.large_strain.fibre_damage
+    lasts = bool(test.protocol.then) and test.law == "inelastic"
+    worst = np.maximum(AT_MM, test.protocol.travel_mm) if lasts else AT_MM
+    return 0.3 * damage * (worst / 14.0) ** 2
+
+
 def force_N(test: rf.BendingTest) -> np.ndarray:
     """Bending goes with the third power of the span, crushing with the first and the radius."""
     usual, own = (
@@ -74,5 +94,6 @@ def force_N(test: rf.BendingTest) -> np.ndarray:
     by_kind = {"E_Z_MPa": shorter**3, "E_X_MPa": shorter * blunter**0.3}
     force = sum(share * by_kind[key[1]] * PARTS_N[key] for key, share in shares.items())
     force = force + learned_N(test) * shorter
+    force = force * (1.0 - lost(test)) * (1.0 - HYSTERESIS * bool(test.protocol.then))
     cells = (test.numerics.mesh.contact_size / 0.06) ** ORDER
     return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * cells * AT_MM / 14.0) * force

@@ -19,7 +19,7 @@ from ramiefenics.cli.common import (
     load_test,
 )
 from ramiefenics.cli.effects import EffectFiles, PlannedNames, SuspectNames, suspects
-from ramiefenics.effects import EFFECTS, SUSPECTS
+from ramiefenics.effects import EFFECTS
 from ramiefenics.specification import BendingTest, mesh_recipe, override
 
 
@@ -38,13 +38,15 @@ def discover_command(
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
     if mesh is not None:
         mesh_recipe(mesh)  # before there is a progress bar
-    tried = suspects(suspect, effects, SUSPECTS)
-    from ramiefenics.discovery import discover
+    from ramiefenics.discovery import discover, suspects_of
+    from ramiefenics.measured import read_dataset
     from ramiefenics.runs import Runs
 
+    measured = read_dataset(dataset)
+    tried = suspects(suspect, effects, suspects_of(measured))
     with progress.counting() as (stage, count):
         runs = Runs(executor=workers, on_done=count)
-        found = discover(dataset, tried, mesh, runs, seed, stage)
+        found = discover(measured, tried, mesh, runs, seed, stage)
     finish(found, folder)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.both_ways import Predicting
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import LEVEL, Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence
@@ -33,7 +34,6 @@ from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.places import Place, places
-from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.verdict import ENOUGH
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
@@ -182,7 +182,7 @@ class Anatomist:
         Predicts them; simulates every curve.
     """
 
-    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predictor) -> None:
+    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predicting) -> None:
         self._dataset, self._observed, self._predictor = dataset, observed, predictor
         self._tests = [record.test for record in dataset.records]
 

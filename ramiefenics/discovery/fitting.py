@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ramiefenics.discovery.both_ways import Predicting
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes
 from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence, Suspect
@@ -17,7 +18,7 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Predictor, smooth
+from ramiefenics.discovery.prediction import smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.specification import SpecificationError
@@ -79,7 +80,7 @@ class Fitter:
         Predicts them.
     """
 
-    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predictor) -> None:
+    def __init__(self, dataset: Dataset, observed: Observed, predictor: Predicting) -> None:
         self._dataset, self._observed, self._predictor = dataset, observed, predictor
         self._smooth = True  # no stalk jumps
 

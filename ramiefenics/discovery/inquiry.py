@@ -11,6 +11,7 @@ import numpy as np
 
 from ramiefenics.discovery.anatomy import Anatomist, Anatomy
 from ramiefenics.discovery.bootstrap import p_value_of_effect, p_value_of_misfit
+from ramiefenics.discovery.both_ways import predictor_of
 from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fitting import Fitted, Fitter
@@ -22,7 +23,6 @@ from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery, Effort
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
-from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.search import Search
 from ramiefenics.discovery.verdict import (
     ENOUGH,
@@ -32,8 +32,9 @@ from ramiefenics.discovery.verdict import (
     decide,
     least_gain,
 )
-from ramiefenics.effects import SUSPECTS, Effect
+from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
+from ramiefenics.measured.unloading import unloads, with_unloading
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
@@ -52,7 +53,7 @@ factors are in conflict with what was stated of them."""
 
 def discover(
     dataset: Dataset | str | Path,
-    effects: Mapping[str, Effect] = SUSPECTS,
+    effects: Mapping[str, Effect] | None = None,
     mesh: str | None = None,
     runs: Mapper | None = None,
     seed: int = 0,
@@ -65,7 +66,8 @@ def discover(
     dataset
         Measured data, or their folder, see `read_dataset`.
     effects
-        Suspects.
+        Suspects; by default those of which the curves may show something: all of them where there
+        is unloading, else `SUSPECTS`.
     mesh
         Recipe of all simulations; by default that of the data set.
     runs
@@ -82,12 +84,18 @@ def discover(
     """
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)
+    effects = suspects_of(dataset) if effects is None else effects
     recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
-    dataset = _on_mesh(dataset, recipe)
+    dataset = _on_mesh(with_unloading(dataset), recipe)
     if runs is not None:
         return _Inquiry(dataset, effects, runs, seed, on_stage).conclude()
     with workers() as pool:
         return _Inquiry(dataset, effects, Runs(executor=pool), seed, on_stage).conclude()
+
+
+def suspects_of(dataset: Dataset) -> Mapping[str, Effect]:
+    """Return the shipped effects of which the curves of a data set may show something."""
+    return EFFECTS if unloads(dataset) else SUSPECTS
 
 
 class _Inquiry:
@@ -106,7 +114,7 @@ class _Inquiry:
         self._effects = {n: effect.centred(tests).sized(tests) for n, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
-        self._predictor = Predictor(tests, self._observed, self._runs)
+        self._predictor = predictor_of(tests, self._observed, self._runs)
         self._fitter = Fitter(dataset, self._observed, self._predictor)
         self._rng = np.random.default_rng(seed)
         self._reasons: dict[str, str] = {}

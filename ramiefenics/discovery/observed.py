@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import Akima1DInterpolator
 
-from ramiefenics.discovery.blocks import Array, Blocks
+from ramiefenics.discovery.blocks import Array, Blocks, Integers
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.measured.seating import toe_mm
@@ -34,6 +34,9 @@ class Observed:
         Which curves are of the same specimen.
     straight_mm
         Of each curve, see `Record`; None, the default, where no displacement was zeroed by it.
+    turn_N
+        Force at the end of the loading that came before each curve, where it is that of unloading;
+        NaN where it is not known, by default of all.
     """
 
     at_mm: Array
@@ -41,6 +44,16 @@ class Observed:
     peak_N: Array
     blocks: Blocks
     straight_mm: tuple[tuple[float, float] | None, ...] | None = None
+    turn_N: Array | None = None
+
+    def of(self, rows: Integers) -> Observed:
+        """Return some of the curves."""
+        blocks = Blocks(self.blocks.specimen[rows], self.blocks.place[rows], self.blocks.points)
+        straight = None if self.straight_mm is None else tuple(self.straight_mm[i] for i in rows)
+        turn = None if self.turn_N is None else self.turn_N[rows]
+        return Observed(
+            self.at_mm[rows], self.force_N[rows], self.peak_N[rows], blocks, straight, turn
+        )
 
 
 def observe(dataset: Dataset) -> Observed:
@@ -59,7 +72,11 @@ def observe(dataset: Dataset) -> Observed:
     )
     blocks = Blocks.of([record.specimen for record in records], at.shape[1])
     straight = tuple(record.straight_mm for record in records)
-    return Observed(at, force, force.max(axis=1), blocks, straight)
+    turn = np.full(len(records), np.nan)
+    for row in range(1, len(records)):
+        if records[row].test.protocol.then:  # it stands after its loading
+            turn[row] = records[row - 1].curve["force_N"].iloc[-1]
+    return Observed(at, force, force.max(axis=1), blocks, straight, turn)
 
 
 def _half(at_mm: Array) -> float:

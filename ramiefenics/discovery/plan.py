@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -17,12 +17,15 @@ from ramiefenics.measured.changes import changed
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.runs import Runs, workers
 from ramiefenics.runs.curve import Mapper
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict, value_at
 from ramiefenics.specification.sources import Source, as_test
 
 SHARES = {"fixture.span_mm": 0.7, "fixture.indenter_radius_mm": 2.0}
 """What other tests have by default, over what the standard test has."""
+
+UNLOADED = "protocol.then=[{to_mm=0}]"
+"""What another test has besides by default."""
 
 HELPS = 1.0
 """Log-evidence between two effects that a second test has to add, to be worth making."""
@@ -172,7 +175,7 @@ def plan(
         The standard test.
     others
         Settings, ``key=value``, of each other test that stalks could be given besides; by default
-        a shorter span, and a blunter indenter.
+        a shorter span, a blunter indenter, and unloading after the loading.
     design
         Stalks, and how well they are known.
     effects
@@ -192,9 +195,13 @@ def plan(
     design = Design() if design is None else design
     effects = {name: effect.sized([test]) for name, effect in effects.items()}
     given = _default_others(test) if others is None else others
-    tests = [test, *(changed(test, settings) for settings in given)]
-    evidence = predicted_evidence(tests, effects, design.fit_sd, runs)
-    choices = {"alone": [0]} | {" ".join(o): [0, i] for i, o in enumerate(given, start=1)}
+    curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
+    evidence = predicted_evidence(
+        [t for some in curves for t in some], effects, design.fit_sd, runs
+    )
+    ends = np.cumsum([len(some) for some in curves])
+    first, *rows = (list(range(e - len(some), e)) for e, some in zip(ends, curves, strict=True))
+    choices = {"alone": first} | {" ".join(o): first + r for o, r in zip(given, rows, strict=True)}
     powers = {
         name: power(repeated(evidence, which, design.stalks), design)
         for name, which in choices.items()
@@ -204,7 +211,19 @@ def plan(
 
 def _default_others(test: BendingTest) -> list[list[str]]:
     values = {key: value_at(test, key) for key in SHARES}
-    return [[f"{k}={SHARES[k] * v:g}"] for k, v in values.items() if isinstance(v, float)]
+    others = [[f"{k}={SHARES[k] * v:g}"] for k, v in values.items() if isinstance(v, float)]
+    return others if test.protocol.then else [*others, [UNLOADED]]
+
+
+def _curves(test: BendingTest) -> list[BendingTest]:
+    """Return the curves of a test: that of its loading, and that of its unloading."""
+    loading = replace(test, protocol=replace(test.protocol, then=()))
+    if not test.protocol.then:
+        return [loading]
+    if not test.protocol.unloads:
+        allowed = "must have unloading: of what follows the loading, only that is compared"
+        raise SpecificationError("protocol.then", f"{len(test.protocol.then)} targets", allowed)
+    return [loading, test]
 
 
 def _size(amplitude: float) -> str:

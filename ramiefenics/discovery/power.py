@@ -9,17 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramiefenics.discovery.blocks import Array, Blocks
+from ramiefenics.discovery.both_ways import predictor_of
 from ramiefenics.discovery.causes import log_evidence_gains
 from ramiefenics.discovery.evidence import Evidence, Reduced, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import linear_evidence
 from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE
 from ramiefenics.effects import Effect
 from ramiefenics.measured.record import POINTS
+from ramiefenics.measured.unloading import FROM_TURN
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.checks import check_integer, check_number
@@ -29,6 +30,9 @@ POWER = 0.95
 
 DRAWS = 20000
 """Random data sets behind each share."""
+
+LOADING, UNLOADING = (0.0, 1.0), (0.2, FROM_TURN)
+"""Shares of the travel between which curves are compared."""
 
 BISECTIONS = 30
 """Of the smallest amplitude that is found."""
@@ -71,17 +75,25 @@ def predicted_evidence(
 
     Effects that have no meaning for these tests are not among its suspects.
 
+    Parameters
+    ----------
+    tests
+        Curves; those of unloading have the whole path, and follow that of the loading.
+    effects, fit_sd, runs
+        Suspects, how well moduli are known, and what simulates.
+
     Raises
     ------
     SpecificationError
         If a simulation does not reach the end of its travel.
     """
-    shares = (np.arange(POINTS) + 1.0) / POINTS
-    at = np.array([shares * test.protocol.travel_mm for test in tests])
+    ways = [UNLOADING if test.protocol.then else LOADING for test in tests]
+    shares = [low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS for low, high in ways]
+    at = np.array([s * t.protocol.travel_mm for s, t in zip(shares, tests, strict=True)])
     blocks = Blocks.of(["stalk"] * len(tests), POINTS)
     nothing = Observed(at, np.zeros_like(at), np.ones(len(tests)), blocks)
     used = factors(tests[0])
-    curves = Predictor(tests, nothing, runs).linearise(
+    curves = predictor_of(tests, nothing, runs).linearise(
         Model(used, np.zeros((1, len(used)))), effects
     )
     observed = Observed(at, curves.force, curves.force.max(axis=1), blocks)

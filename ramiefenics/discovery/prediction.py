@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -44,6 +45,9 @@ class Predictor:
         Answers tasks for curves.
     """
 
+    derives: ClassVar[bool] = True
+    """Whether tasks may have derivatives."""
+
     def __init__(self, tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> None:
         self._tests, self._observed = list(tests), observed
         self._specimen = observed.blocks.specimen
@@ -61,7 +65,7 @@ class Predictor:
         runs
             Answers tasks in place of the first.
         """
-        other = Predictor(tests, self._observed, self.runs if runs is None else runs)
+        other = type(self)(tests, self._observed, self.runs if runs is None else runs)
         other._mesh_changes = self._mesh_changes
         return other
 
@@ -105,7 +109,8 @@ class Predictor:
         self._learn_changes(needed)
         curves = self.extrapolated(raw, model)
         force = self.read(tests, curves)
-        by_factors, by_mesh = self._slopes(model, tests, curves, force)
+        by_factors = self._by_factors(model, tests, curves, force)
+        by_mesh = self._by_mesh(tests, curves, force)
         by_cells = force - self.read(tests, raw)
         by_effects, refused = signatures(self, model, raw, suspects, smooth)
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
@@ -121,7 +126,7 @@ class Predictor:
             Error to be expected of a curve, over its peak, below which it need not be simulated.
         """
         tests = self.tests(curves.model)
-        tasks = [self.task(test) for test in tests]
+        tasks = self.exact_tasks(tests)
         soon = self._soon(curves.model)
         if isinstance(self.runs, LearnedCurves):
             answers = self.runs.map([*tasks, *soon], tolerance)
@@ -155,18 +160,28 @@ class Predictor:
         )
         return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth)
 
-    def _slopes(
+    def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
+        """Return the tasks of all curves, whose paths are as the machine has them."""
+        return [self.task(test) for test in tests]
+
+    def _by_factors(
         self,
         model: Model,
         tests: Sequence[BendingTest],
         curves: Sequence[pd.DataFrame],
         force: Array,
-    ) -> tuple[Array, Array]:
-        """Return derivatives by the log factors, and by deviations of the mesh's correction."""
-        by_factors = [
+    ) -> Array:
+        """Return derivatives by the log factors, shape (r, k, m)."""
+        found = [
             self.slopes_by(tests, curves, force, [curve[factor.name] for curve in curves])
             for factor in model.factors
         ]
+        return np.stack(found, axis=1)
+
+    def _by_mesh(
+        self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], force: Array
+    ) -> Array:
+        """Return derivatives by deviations of the mesh's correction, shape (r, q, m)."""
         by_mesh = []
         for deviation in self._mesh_deviations.transpose(1, 0, 2):
             errors = [
@@ -174,7 +189,7 @@ class Predictor:
                 for curve, at, share in zip(curves, self._at, deviation, strict=True)
             ]
             by_mesh.append(self.slopes_by(tests, curves, force, errors))
-        return np.stack(by_factors, axis=1), np.stack(by_mesh, axis=1)
+        return np.stack(by_mesh, axis=1)
 
     def slopes_by(
         self,

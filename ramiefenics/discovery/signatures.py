@@ -98,7 +98,8 @@ def signatures(
     tests = predictor.tests(model)
     without = predictor.tests(dataclasses.replace(model, effects={}))
     moved, steps, refused = _moved(predictor, model, suspects)
-    along = _along(model, tests, {name: suspects[name] for name in moved})
+    derived_by = moved if predictor.derives else ()
+    along = _along(model, tests, {name: suspects[name] for name in derived_by})
     places = [Place.of(test) for test in tests]
     standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
     stepping = {n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along}

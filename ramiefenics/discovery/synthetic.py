@@ -18,7 +18,7 @@ from ramiefenics.effects import Effect
 from ramiefenics.measured.changes import changed
 from ramiefenics.published import ramie
 from ramiefenics.runs.curve import CurveTask, Mapper, simulated
-from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, Target
 from ramiefenics.specification.files import value_at
 
 MESH = MeshRecipe(
@@ -117,6 +117,7 @@ def make_dataset(
     noise: float = NOISE_SHARE,
     broken: Sequence[Broken] = (),
     mistaken: Mapping[str, float] | None = None,
+    unloaded: bool = False,
 ) -> None:
     """Write a measured folder: stalks like the published ones, bent by the full simulator.
 
@@ -150,6 +151,8 @@ def make_dataset(
     mistaken
         Settings that all tests have, unless they have their own, and nobody noted: for instance
         ``{"fixture.span_mm": 92.0}`` where `dataset.toml` has 100.
+    unloaded
+        Whether the curves go on until the stalk is free again; there is one test of each then.
     """
     rng = np.random.default_rng(seed)
     rows, stalks = _stalks(rng, specimens, mesh, travel_mm)
@@ -158,24 +161,48 @@ def make_dataset(
     bent = [[changed(stalk, each) for each in assignments] for stalk in stalks]
     for secret in [secrets] if isinstance(secrets, Secret) else secrets:
         bent = secret.apply(bent, rng)
-    curves = iter(simulated(runs, [CurveTask(test) for own in bent for test in own]))
-    at = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
+    at = along = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
+    forces = iter(_forces([test for own in bent for test in own], at, runs, unloaded))
+    if unloaded:
+        at, along = np.append(at, at[-2::-1]), np.append(at, travel_mm + at[1:])
     (folder / "curves").mkdir(parents=True)
     listed = []
     for specimen, (row, own) in enumerate(zip(rows, bent, strict=True)):
-        for number, (test, told) in enumerate(zip(own, tests, strict=True), start=1):
-            force = recorded(test, next(curves), at)
+        for number, (_, told) in enumerate(zip(own, tests, strict=True), start=1):
+            force = next(forces)
             for one in broken:
                 force = one.force(force, at) if one.specimen == specimen else force
             path = f"curves/{row['specimen']}{f'_{number}' if len(own) > 1 else ''}.csv"
-            _write_curve(folder / path, at, _noisy(force, at, noise, rng))
+            _write_curve(folder / path, along, at, _noisy(force, along, noise, rng))
             columns = {key: f"{value:g}" for key, value in told.items()}
             listed.append({"specimen": row["specimen"], "curve": path, **columns})
-    _list(folder, rows, listed, tests)
+    _list(folder, rows, listed, tests, unloaded)
 
 
-def _write_curve(path: Path, at: Array, force: Array) -> None:
-    lines = zip(at / SPEED_MM_PER_S, at, force, strict=True)
+def _forces(tests: Sequence[BendingTest], at: Array, runs: Mapper, unloaded: bool) -> list[Array]:
+    """Return the recorded forces of tests at displacements, and on the way back."""
+    curves = simulated(runs, [CurveTask(test) for test in tests])
+    there = [recorded(test, curve, at) for test, curve in zip(tests, curves, strict=True)]
+    if not unloaded:
+        return there
+    whole = []
+    for test, curve in zip(tests, curves, strict=True):
+        travel = curve["displacement_mm"].to_numpy()
+        displacement, _ = test.machine.recorded(travel, curve["force_N"].to_numpy())
+        turn = float(np.interp(at[-1], displacement, travel))  # the drive goes as far
+        protocol = replace(
+            test.protocol, travel_mm=turn, save_every_mm=turn, then=(Target(to_mm=0.0),)
+        )
+        whole.append(replace(test, protocol=protocol))
+    back = simulated(runs, [CurveTask(test) for test in whole])
+    return [
+        np.append(force, recorded(test, curve, at[:-1])[::-1])
+        for force, test, curve in zip(there, whole, back, strict=True)
+    ]
+
+
+def _write_curve(path: Path, along: Array, at: Array, force: Array) -> None:
+    lines = zip(along / SPEED_MM_PER_S, at, force, strict=True)
     text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
     _write(path, ["time_s", "displacement_mm", "force_N"], text)
 
@@ -185,9 +212,12 @@ def _list(
     rows: Sequence[dict[str, str]],
     listed: Sequence[dict[str, str]],
     tests: Sequence[Mapping[str, float]],
+    unloaded: bool,
 ) -> None:
     """Write the tables of specimens and tests, and what they mean."""
     layout = _layout()
+    if unloaded:
+        layout["then"] = [{"to_mm": 0.0}]
     if len(tests) == 1 and not tests[0]:
         rows = [row | {"curve": of["curve"]} for row, of in zip(rows, listed, strict=True)]
     else:

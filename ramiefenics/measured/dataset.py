@@ -112,9 +112,12 @@ class Dataset:
 
     @property
     def conditions(self) -> tuple[tuple[str, ...], ...]:
-        """What `tests.csv` says of every record; nothing where there is no such file."""
+        """What `tests.csv` says of every record, if there is one, and what the path is."""
         columns = [name for names in self.layout.tests.values() for name in listed(names)]
-        return tuple(tuple(record.row[name] for name in columns) for record in self.records)
+        return tuple(
+            (*(record.row[name] for name in columns), repr(record.test.protocol.then))
+            for record in self.records
+        )
 
     def notes(self) -> list[str]:
         """Return what of the records is not compared."""

@@ -16,7 +16,13 @@ import pandas as pd
 from ramiefenics.model.laws import law_content, law_named
 from ramiefenics.runs.executor import Done
 from ramiefenics.runs.store import key_of
-from ramiefenics.specification import BendingTest, Machine, SpecificationWarning
+from ramiefenics.solve.quasistatic import Ending
+from ramiefenics.specification import (
+    BendingTest,
+    Machine,
+    SpecificationError,
+    SpecificationWarning,
+)
 from ramiefenics.specification.files import to_dict
 
 MODULUS_MPA = 1000.0
@@ -53,7 +59,8 @@ class CurveTask:
     Attributes
     ----------
     test
-        What to simulate. Its machine does not matter.
+        What to simulate. Its machine does not matter. If something follows the loading, the curve
+        is that of the first unloading.
     factors
         By which to differentiate the curve.
     smooth
@@ -93,6 +100,8 @@ class CurveTask:
                 if result.ending.kind == "interrupted":
                     raise KeyboardInterrupt
                 curve = result.curve[["displacement_mm", "force_N"]]
+                if test.protocol.then:
+                    curve = _first_unloading(curve, result.ending)
         text = io.StringIO()
         curve.to_csv(text, index=False)
         return text.getvalue()
@@ -107,6 +116,23 @@ class CurveTask:
         curve = curve[["displacement_mm", "force_N", *(factor.name for factor in self.factors)]]
         curve[curve.columns[1:]] *= normalised(self.test)[1]
         return curve
+
+
+def _first_unloading(curve: pd.DataFrame, ending: Ending) -> pd.DataFrame:
+    """Return the way back from the largest travel, in ascending order.
+
+    Raises
+    ------
+    SpecificationError
+        If the run has not come to its end.
+    """
+    if ending.kind != "completed":
+        raise SpecificationError("protocol.then", ending.reason, "must be followed to its end")
+    turn = int(curve["displacement_mm"].to_numpy()[::-1].argmax())
+    back = curve.iloc[len(curve) - 1 - turn :]
+    falls = back["displacement_mm"].diff().to_numpy()[1:] < 0.0
+    end = len(back) if falls.all() else 1 + int(falls.argmin())
+    return back.iloc[:end].iloc[::-1]
 
 
 class Mapper(Protocol):

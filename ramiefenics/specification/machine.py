@@ -73,6 +73,18 @@ class Machine:
         displacement = self.seating_gap_mm + self.displacement_scale * driven
         return displacement, self.load_offset_N + self.load_scale * force_N
 
+    def travel_mm(self, displacement_mm: Any, force_N: Any) -> Any:
+        """Return the indenter's travel, mm, where a displacement and a force are recorded.
+
+        Parameters
+        ----------
+        displacement_mm, force_N
+            As recorded; numbers or arrays.
+        """
+        force = (force_N - self.load_offset_N) / self.load_scale
+        driven = (displacement_mm - self.seating_gap_mm) / self.displacement_scale
+        return driven - self.deflection_mm(force)
+
     def deflection_mm(self, force_N: Any) -> Any:
         """Return by how much frame, load cell and fixture give way, mm.
 

@@ -119,6 +119,11 @@ class Protocol:
                 legs.append(Leg(at, target.to_mm, abs(target.to_mm - at) / speed))
         return tuple(legs)
 
+    @property
+    def unloads(self) -> bool:
+        """Whether the indenter goes back at some time."""
+        return any(leg.to_mm < leg.from_mm for leg in self.legs)
+
     def check_loading_only(self, what: str) -> None:
         """Check that nothing follows the first loading, where that is all that can be followed.
 

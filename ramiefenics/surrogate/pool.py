@@ -83,7 +83,8 @@ class Pool:
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
         smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
-        closely = tolerance < TOLERANCE
+        # derivatives follow the loading only
+        one_by_one = tolerance < TOLERANCE or bool(tasks[0].test.protocol.then)
         while unknown := self._unknown(questions, tolerance):
             every = [index for index, one in enumerate(questions) if self._roughness(one)]
             if not plain and smooth and len(every) > FEW * len(questions):
@@ -94,7 +95,7 @@ class Pool:
                     [questions[index] for index in rough], () if plain else directions, False
                 )
                 continue
-            if plain and (closely or len(unknown) <= WORTHWHILE):
+            if plain and (one_by_one or len(unknown) <= WORTHWHILE):
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])

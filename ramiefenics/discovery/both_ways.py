@@ -1,0 +1,152 @@
+"""Simulated curves of loading and of unloading, side by side."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.linearised import Linearised, Model
+from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.effects import Effect
+from ramiefenics.runs.curve import Change, CurveTask, Mapper
+from ramiefenics.specification import BendingTest
+
+LOADED = 0.01
+"""Share of the largest force from which on a derivative over the force tells something."""
+
+
+class UnloadingPredictor(Predictor):
+    """Predicts curves of unloading, which are simulated with the loading before.
+
+    The indenter turns where the displacement is the measured one. Only where curves are confirmed
+    does that count what the machine gives way there; elsewhere the indenter goes as far as is
+    recorded, so that an error of the machine needs no simulation.
+    """
+
+    derives: ClassVar[bool] = False
+
+    def task(
+        self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
+    ) -> CurveTask:
+        """Return the task of a curve, without derivatives."""
+        protocol = dataclasses.replace(test.protocol, save_every_mm=test.protocol.travel_mm)
+        return CurveTask(dataclasses.replace(test, protocol=protocol))
+
+    def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:  # noqa: D102
+        forces = self._observed.turn_N
+        if forces is None:
+            return super().exact_tasks(tests)
+        found = []
+        for test, force in zip(tests, forces, strict=True):
+            travel = test.machine.travel_mm(test.protocol.travel_mm, float(force))
+            protocol = dataclasses.replace(test.protocol, travel_mm=float(travel))
+            found.append(self.task(dataclasses.replace(test, protocol=protocol)))
+        return found
+
+    def _by_factors(
+        self,
+        model: Model,
+        tests: Sequence[BendingTest],
+        curves: Sequence[pd.DataFrame],
+        force: Array,
+    ) -> Array:
+        return np.zeros((len(force), len(model.factors), force.shape[1]))
+
+
+class BothWays:
+    """Predicts what a data set's machine records of loading and unloading.
+
+    Derivatives of unloading by factors are in proportion to those of the loading at the same
+    displacement, as of an elastic stalk without friction; they say only where to go on.
+
+    Parameters
+    ----------
+    tests, observed, runs
+        As for `Predictor`; a curve of unloading follows that of its loading.
+    """
+
+    def __init__(self, tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> None:
+        back = np.array([bool(test.protocol.then) for test in tests])
+        loading, unloading = np.flatnonzero(~back), np.flatnonzero(back)
+        self._rows = (loading, unloading)
+        self._before = np.searchsorted(loading, unloading) - 1
+        self._at = tuple(observed.at_mm[rows] for rows in self._rows)
+        kinds = (Predictor, UnloadingPredictor)
+        self._parts = tuple(
+            kind([tests[row] for row in rows], observed.of(rows), runs)
+            for kind, rows in zip(kinds, self._rows, strict=True)
+        )
+
+    def rephrased(self, tests: Sequence[BendingTest], runs: Mapper | None = None) -> BothWays:
+        """Return a predictor for other specifications, see `Predictor.rephrased`."""
+        other = copy.copy(self)
+        other._parts = tuple(
+            part.rephrased([tests[row] for row in rows], runs)
+            for part, rows in zip(self._parts, self._rows, strict=True)
+        )
+        return other
+
+    def linearise(
+        self,
+        model: Model,
+        suspects: Mapping[str, Effect],
+        smooth: bool = False,
+        roughly: bool = False,
+    ) -> Linearised:
+        """Find every curve with its derivatives, see `Predictor.linearise`."""
+        there, back = (part.linearise(model, suspects, smooth, roughly) for part in self._parts)
+        names = [name for name in there.by_effects if name in back.by_effects]
+        by_effects = {n: self._merged(there.by_effects[n], back.by_effects[n]) for n in names}
+        return Linearised(
+            model,
+            self._merged(there.force, back.force),
+            self._merged(there.mesh_correction, back.mesh_correction),
+            self._merged(there.by_factors, self._in_proportion(there, back)),
+            self._merged(there.by_mesh, back.by_mesh),
+            by_effects,
+            {**back.refused, **there.refused},
+        )
+
+    def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
+        """Return the same with the forces of every curve simulated, see `Predictor.confirm`."""
+        there, back = (part.confirm(curves, tolerance) for part in self._parts)
+        return dataclasses.replace(
+            curves,
+            force=self._merged(there.force, back.force),
+            mesh_correction=self._merged(there.mesh_correction, back.mesh_correction),
+        )
+
+    def _merged(self, there: Array, back: Array) -> Array:
+        """Return values of all curves, in their order."""
+        whole = np.empty((len(there) + len(back), *there.shape[1:]))
+        for rows, values in zip(self._rows, (there, back), strict=True):
+            whole[rows] = values
+        return whole
+
+    def _in_proportion(self, there: Linearised, back: Linearised) -> Array:
+        """Return derivatives of unloading by the log factors, shape (u, k, m)."""
+        found = np.empty_like(back.by_factors)
+        for row, of in enumerate(self._before):
+            force, slopes = there.force[of], there.by_factors[of]
+            shares = np.zeros_like(slopes)
+            np.divide(slopes, force, out=shares, where=force > LOADED * force.max())
+            at, known = self._at[1][row], self._at[0][of]
+            each = np.array([np.interp(at, known, share) for share in shares])
+            found[row] = each * back.force[row]
+        return found
+
+
+Predicting: TypeAlias = Predictor | BothWays
+
+
+def predictor_of(tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> Predicting:
+    """Return a predictor of curves, some of which may be of unloading."""
+    back = any(test.protocol.then for test in tests)
+    return BothWays(tests, observed, runs) if back else Predictor(tests, observed, runs)
