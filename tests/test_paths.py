@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mpi4py import MPI
+from scipy.interpolate import Akima1DInterpolator
 
 import ramiefenics as rf
 from ramiefenics.solve.path import segments
@@ -80,3 +81,30 @@ def test_what_follows_loadings_only_says_so(coarse: rf.BendingTest) -> None:
     for follow in (rf.simulate_explicitly, lambda test: rf.sensitivities(test, {})):
         with pytest.raises(rf.SpecificationError, match=r"must be left out: .* first loading only"):
             follow(test)
+
+
+def test_steps_end_at_parts_of_the_longest(coarse: rf.BendingTest) -> None:
+    """Whatever their lengths; a rest of less than a quarter of a step belongs to it."""
+    test = rf.override(coarse, ["protocol.travel_mm=3.2", "protocol.save_every_mm=10"])
+    (leg,) = segments(test.protocol, test.numerics.stepping)
+    at, ends = 0.0, []
+    increments = iter([0.3, 0.4, 0.5, 0.9, 0.7, 1.0, 1.0])
+    while at < leg.length:
+        at, saved = leg.next_step(at, next(increments))
+        ends.append(at)
+        assert saved == (at == leg.length)
+    assert ends == [0.25, 0.5, 1.0, 1.5, 2.0, 3.2]
+
+
+@pytest.mark.slow
+def test_similar_stalks_do_not_differ_by_their_steps(screening: rf.BendingTest) -> None:
+    """Forces are smooth functions of a modulus."""
+    key, forces, at = "stalk.layers.phloem.material.elastic.E_X_MPa", [], np.arange(0.5, 14.1, 0.5)
+    usual = screening.stalk.layers[-1].material.elastic.E_X_MPa
+    for share in np.linspace(0.98, 1.02, 9):
+        test = rf.override(screening, [f"{key}={share * usual}", "protocol.save_every_mm=14"])
+        curve = rf.simulate(test, MPI.COMM_SELF).curve
+        forces.append(Akima1DInterpolator(curve["displacement_mm"], curve["force_N"])(at))
+    # a third difference is several times an irregular error: 9e-3 where steps end anywhere
+    rough = np.abs(np.diff(forces, 3, axis=0)).max() / np.max(forces)
+    assert rough < 4e-3

@@ -12,6 +12,9 @@ from ramiefenics.specification.protocol import Leg
 FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
 """First, shortest and longest step of a hold, over its time."""
 
+LEAST_REST = 0.25
+"""Share of a step that may be left before fields are saved; what is less belongs to it."""
+
 LONGEST_CUT = 1e-2
 """Largest share of the whole path that the shortest step may be: those of short tests are cut
 further than to what is set, which is meant for long ones."""
@@ -78,6 +81,27 @@ class PathSegment:
         else:
             stop = max((math.ceil(travel / every - 1e-9) - 1) * every, self.leg.to_mm)
         return self.direction * (stop - self.leg.from_mm)
+
+    def next_step(self, at: float, increment: float) -> tuple[float, bool]:
+        """Return where a step ends, and whether fields are saved there.
+
+        That is at a multiple of the longest step, of its half, its quarter, and so on: tests that
+        hardly differ take the same steps, so that errors of steps do not make them differ.
+
+        Parameters
+        ----------
+        at
+            Where it begins.
+        increment
+            Its greatest length.
+        """
+        halvings = math.ceil(math.log2(self.longest / increment) - 1e-9)
+        length = self.longest / 2.0 ** max(halvings, 0)
+        target = (math.floor(at / length + 1e-6) + 1) * length
+        stop = self.next_stop(at)
+        if target > stop - LEAST_REST * length:
+            return stop, True
+        return target, False
 
 
 def segments(protocol: Protocol, settings: Stepping) -> Iterator[PathSegment]:

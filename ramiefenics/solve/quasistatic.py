@@ -184,11 +184,9 @@ class QuasiStatic(Generic[T]):
         turns = not (segment.is_first or segment.holds) and self._measured.force_N > 0.0
         at, increment = 0.0, segment.shortest if turns else segment.first  # as friction turns
         while self.ending is None and at < segment.length:
-            stop = segment.next_stop(at)
-            equal = math.ceil((stop - at) / increment - 1e-9)  # steps to the stop
-            length = (stop - at) / equal
-            target = stop if equal == 1 else at + length
-            step = self._step(at, target, equal == 1)
+            target, stops = segment.next_step(at, increment)
+            length = target - at
+            step = self._step(at, target, stops)
             if step is None:
                 log.info("step to %.4f mm cut", self._segment.travel_mm(target))
                 self.cut_backs += 1
