@@ -42,8 +42,9 @@ def discover_command(
     from ramiefenics.measured import read_dataset
     from ramiefenics.runs import Runs
 
+    given = suspects(suspect, effects, {})
     measured = read_dataset(dataset)
-    tried = suspects(suspect, effects, suspects_of(measured))
+    tried = given if suspect else {**suspects_of(measured), **given}
     with progress.counting() as (stage, count):
         runs = Runs(executor=workers, on_done=count)
         found = discover(measured, tried, mesh, runs, seed, stage)

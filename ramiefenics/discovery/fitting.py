@@ -36,6 +36,9 @@ FARTHEST = 0.5
 """Largest change of a log factor in a round: beyond it derivatives tell little. That of an
 amplitude is the typical one, at which suspects are tried."""
 
+REFITS, CLOSE_FIT = 8, 0.01
+"""Most fits without simulations between, and the change of log factors that needs no more."""
+
 SHORTEST = 0.1
 """Share of a move that is tried last where simulations do not reach the end."""
 
@@ -94,7 +97,7 @@ class Fitter:
             self._smooth = False
             curves = self._predictor.linearise(Model(used, here), {})
         for number in range(ROUNDS):
-            fitted = Fitted(curves, self._fit(curves))
+            fitted = Fitted(curves, self.fit(curves, {}))
             if fitted.steady or number == ROUNDS - 1:
                 break
             try:
@@ -104,9 +107,47 @@ class Fitter:
                 break
         return fitted
 
-    def _fit(self, curves: Linearised) -> Fit:
-        evidence = find_broken(self.evidence(curves, {}), ())
-        return Fit(evidence, (), fit_scatter(evidence))
+    def fit(
+        self,
+        curves: Linearised,
+        effects: Mapping[str, Effect],
+        chosen: tuple[str, ...] = (),
+        broken: frozenset[int] | None = None,
+    ) -> Fit:
+        """Fit a set of effects, see `Linearised.at`.
+
+        Each fit begins where the one before ended, or halfway: whole steps may go to and fro.
+
+        Parameters
+        ----------
+        curves
+            Near where they fit.
+        effects
+            Suspects.
+        chosen
+            Those that are there.
+        broken
+            Specimens that do not count; by default they are found.
+        """
+        specimen = self._observed.blocks.specimen
+        there, scatter = curves, None
+        for number in range(REFITS):
+            evidence = self.evidence(there, effects)
+            if broken is None:
+                evidence = find_broken(evidence, chosen)
+            else:
+                evidence = dataclasses.replace(evidence, broken=broken)
+            scatter = fit_scatter(evidence, chosen, scatter)
+            fit = Fit(evidence, chosen, scatter)
+            here = there.model.log_factors
+            step = fit.log_factors - here
+            if np.abs(step)[evidence.whole].max() < CLOSE_FIT:
+                break
+            moved = np.clip(
+                here + step / min(number + 1, 2) - curves.model.log_factors, -FARTHEST, FARTHEST
+            )
+            there = curves.at(curves.model.log_factors + moved, specimen)
+        return fit
 
     def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
         """Find what every effect changes at its typical amplitude."""
@@ -149,10 +190,8 @@ class Fitter:
         return self._move(fitted.curves.model, fitted.fit, added, effects)
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
-        """Return a fit in which certain specimens are taken for broken."""
-        evidence = dataclasses.replace(fitted.fit.evidence, broken=broken)
-        scatter = fit_scatter(evidence, fitted.fit.chosen)
-        return dataclasses.replace(fitted, fit=Fit(evidence, fitted.fit.chosen, scatter))
+        """Return a fit without effects in which certain specimens are taken for broken."""
+        return dataclasses.replace(fitted, fit=self.fit(fitted.curves, {}, (), broken))
 
     def confirm(self, curves: Linearised, tolerance: float) -> Linearised:
         """Return the same with the forces of every curve simulated, see `Predictor.confirm`."""
@@ -160,12 +199,8 @@ class Fitter:
 
     def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
         """Fit again near the same parameters, with every curve simulated."""
-        curves = self._predictor.confirm(fitted.curves)
-        evidence = dataclasses.replace(
-            self.evidence(curves, effects), broken=fitted.fit.evidence.broken
-        )
-        chosen = fitted.fit.chosen
-        return Fitted(curves, Fit(evidence, chosen, fit_scatter(evidence, chosen)))
+        curves, fit = self._predictor.confirm(fitted.curves), fitted.fit
+        return Fitted(curves, self.fit(curves, effects, fit.chosen, fit.evidence.broken))
 
     def evidence(self, curves: Linearised, effects: Mapping[str, Effect]) -> Evidence:
         """Return the evidence of a linearised model."""

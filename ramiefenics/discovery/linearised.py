@@ -6,7 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ramiefenics.discovery.blocks import Array
+import numpy as np
+
+from ramiefenics.discovery.blocks import Array, Integers
 from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.effects import Effect
 from ramiefenics.specification import BendingTest
@@ -77,3 +79,25 @@ class Linearised:
     by_mesh: Array
     by_effects: Mapping[str, Array]
     refused: Mapping[str, str]
+
+    def at(self, log_factors: Array, specimen: Integers) -> Linearised:
+        """Return the curves near other log factors, without simulating any.
+
+        Forces are linear in the factors, not in their logarithms: those of an elastic stalk are
+        exactly in proportion to all of its moduli together.
+
+        Parameters
+        ----------
+        log_factors
+            Of every specimen, shape (n, k).
+        specimen
+            Of every curve, shape (r,).
+        """
+        growth = np.exp((log_factors - self.model.log_factors)[specimen])
+        by_factors = self.by_factors * growth[..., None]
+        return dataclasses.replace(
+            self,
+            model=dataclasses.replace(self.model, log_factors=log_factors),
+            force=self.force + (by_factors - self.by_factors).sum(axis=1),
+            by_factors=by_factors,
+        )

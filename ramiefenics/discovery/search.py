@@ -25,8 +25,6 @@ import numpy as np
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes, log_priors, own_score
 from ramiefenics.discovery.evidence import Evidence
-from ramiefenics.discovery.fit import Fit
-from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.effects import Effect
@@ -126,7 +124,7 @@ class Search:
             Of the baseline.
         """
         self._broken = evidence.broken  # the same for all, or their evidence is of other data
-        self._reached[()] = self._judged((), self._screened, evidence)
+        self._reached[()] = self._judged((), self._screened)
         self._propose(self._best)
         if certain := causes.certain():
             self._promised[certain] = math.inf  # whatever its size
@@ -146,7 +144,7 @@ class Search:
         fit = self._best.fitted.fit
         self._broken = find_broken(fit.evidence, fit.chosen).broken
         for names, one in self._reached.items():
-            judged = self._judged(names, one.fitted.curves, one.fitted.fit.evidence)
+            judged = self._judged(names, one.fitted.curves)
             self._reached[names] = dataclasses.replace(judged, finished=one.finished)
         return self._best.fitted, self._with_own(self._compared(self._best))
 
@@ -231,7 +229,7 @@ class Search:
         """Fit a set, beginning at the best part of it that was reached."""
         part = self._part(names)
         start = part.fitted
-        reached = self._judged(names, start.curves, start.fit.evidence)
+        reached = self._judged(names, start.curves)
         for _ in range(ROUNDS):
             simulated = set(names) == set(reached.fitted.curves.model.effects)
             # one that has the best and more in it cannot be far worse: its curves are not near yet
@@ -285,7 +283,7 @@ class Search:
             except SpecificationError as error:
                 log.info("%s cannot be fitted any better: %s", names, error)
                 break
-            reached = self._judged(names, curves, self._fitter.evidence(curves, self._effects))
+            reached = self._judged(names, curves)
             if reached.fitted.steady:
                 break
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
@@ -296,13 +294,11 @@ class Search:
         moved = self._fitter.move(fitted, {name: self._effects[name] for name in names})
         by_effects = {**self._screened.by_effects, **moved.by_effects}
         moved = dataclasses.replace(moved, by_effects=by_effects)
-        return self._judged(names, moved, self._fitter.evidence(moved, self._effects))
+        return self._judged(names, moved)
 
-    def _judged(self, names: Names, curves: Linearised, evidence: Evidence) -> Reached:
-        evidence = dataclasses.replace(evidence, broken=self._broken)
-        scatter = fit_scatter(evidence, names)
-        fitted = Fitted(curves, Fit(evidence, names, scatter))
-        return Reached(fitted, own_score(evidence, names, scatter))
+    def _judged(self, names: Names, curves: Linearised) -> Reached:
+        fit = self._fitter.fit(curves, self._effects, names, self._broken)
+        return Reached(Fitted(curves, fit), own_score(fit.evidence, names, fit.scatter))
 
     def _compared(self, reached: Reached) -> Causes:
         """Compare all sets where one fits."""

@@ -93,10 +93,11 @@ class PathSegment:
         at
             Where it begins.
         increment
-            Its greatest length.
+            Its greatest length, unless that is less than the shortest.
         """
-        halvings = math.ceil(math.log2(self.longest / increment) - 1e-9)
-        length = self.longest / 2.0 ** max(halvings, 0)
+        wanted, most = (math.log2(self.longest / each) for each in (increment, self.shortest))
+        halvings = max(min(math.ceil(wanted - 1e-9), math.floor(most + 1e-9)), 0)
+        length = self.longest / 2.0**halvings
         target = (math.floor(at / length + 1e-6) + 1) * length
         stop = self.next_stop(at)
         if target > stop - LEAST_REST * length:
