@@ -68,7 +68,7 @@ def plan_command(
         typer.Option(
             metavar="KEY=VALUE,...",
             help="Settings of another test that each stalk could be given; may be repeated. By "
-            "default a shorter span, and a blunter indenter.",
+            "default a shorter span, a blunter indenter, and unloading.",
         ),
     ] = None,
     suspect: PlannedNames = None,
@@ -93,8 +93,9 @@ def plan_command(
     given = {"stalks": stalks, "fit_sd": fit_sd, "noise": noise}
     design = Design(**(known | {name: v for name, v in given.items() if v is not None}))
     others = None if also is None else [settings.split(",") for settings in also]
+    curves = 3 + len(SHARES) if others is None else 1 + len(others)
     with progress.counting() as (stage, count):
-        stage("simulating one stalk", (len(tried) + 1) * (1 + len(others or SHARES)))
+        stage("simulating one stalk", (len(tried) + 1) * curves)
         found = plan(test, others, design, tried, Runs(executor=workers, on_done=count))
     finish(found, folder)
 

@@ -49,9 +49,10 @@ at the baseline they may be wrong by as much as an effect gains."""
 PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
-RIVAL = 5.0
+RIVAL, LARGER = 5.0, 2.0
 """By how much a set may be less probable by the derivatives than another of its size, and a larger
-one than the best that was fitted."""
+one than the best that was fitted: what they say of a set near where it fits is seldom too little.
+"""
 
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
 """By how much a set may be less probable than the best where it is first simulated, and still be
@@ -220,7 +221,7 @@ class Search:
     def _most_promising(self) -> Names | None:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
-        least = self._best.score - RIVAL
+        least = self._best.score - LARGER
         left = {n: self._expected(n) for n in self._promised if n not in known}
         worth = [names for names, score in left.items() if len(names) == 1 or score > least]
         return min(worth, key=lambda names: (len(names), -left[names]), default=None)
