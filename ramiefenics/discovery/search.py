@@ -50,8 +50,9 @@ PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
 RIVAL, LARGER = 5.0, 2.0
-"""By how much a set may be less probable by the derivatives than another of its size, and a larger
-one than the best that was fitted: what they say of a set near where it fits is seldom too little.
+"""By how much a set may be less probable by the derivatives than another of its size, and than the
+best that was fitted; the latter if it has that and more in it: near where a set fits, derivatives
+seldom promise too little.
 """
 
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
@@ -221,10 +222,14 @@ class Search:
     def _most_promising(self) -> Names | None:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
-        least = self._best.score - LARGER
         left = {n: self._expected(n) for n in self._promised if n not in known}
-        worth = [names for names, score in left.items() if len(names) == 1 or score > least]
+        worth = [n for n, score in left.items() if len(n) == 1 or score > self._least(n)]
         return min(worth, key=lambda names: (len(names), -left[names]), default=None)
+
+    def _least(self, names: Names) -> float:
+        """Return what a set has to promise, to be fitted."""
+        more = set(names) > set(self._best.names)
+        return self._best.score - (LARGER if more else RIVAL)
 
     def _fit_set(self, names: Names) -> None:
         """Fit a set, beginning at the best part of it that was reached."""
