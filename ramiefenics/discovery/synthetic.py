@@ -152,7 +152,7 @@ def make_dataset(
         Settings that all tests have, unless they have their own, and nobody noted: for instance
         ``{"fixture.span_mm": 92.0}`` where `dataset.toml` has 100.
     unloaded
-        Whether the curves go on until the stalk is free again; there is one test of each then.
+        Whether the curves go on until the stalk is free again.
     """
     rng = np.random.default_rng(seed)
     rows, stalks = _stalks(rng, specimens, mesh, travel_mm)

@@ -35,9 +35,8 @@ def unloads(dataset: Dataset) -> bool:
 def with_unloading(dataset: Dataset) -> Dataset:
     """Return a data set in which unloading after the first loading is a record of its own.
 
-    Its test has the whole path, that of the loading ends with it; `Record.after` keeps what is
-    not compared. Nothing is done where displacements were zeroed by a line, which the way back
-    does not have.
+    Its test has the whole path, that of the loading record only the loading. Nothing is done where
+    displacements were zeroed by a line, which the way back does not have.
     """
     turns = _turns([_end_mm(r) for r in dataset.records if r.test.protocol.then])
     records: list[Record] = []

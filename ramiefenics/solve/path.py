@@ -13,7 +13,7 @@ FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
 """First, shortest and longest step of a hold, over its time."""
 
 LEAST_REST = 0.25
-"""Share of a step that may be left before fields are saved; what is less belongs to it."""
+"""Share of a step that may be left before fields are saved: what is less is halved with it."""
 
 LONGEST_CUT = 1e-2
 """Largest share of the whole path that the shortest step may be: those of short tests are cut
@@ -98,11 +98,11 @@ class PathSegment:
         wanted, most = (math.log2(self.longest / each) for each in (increment, self.shortest))
         halvings = max(min(math.ceil(wanted - 1e-9), math.floor(most + 1e-9)), 0)
         length = self.longest / 2.0**halvings
-        target = (math.floor(at / length + 1e-6) + 1) * length
         stop = self.next_stop(at)
-        if target > stop - LEAST_REST * length:
+        if stop - at <= (1.0 + 1e-6) * length:
             return stop, True
-        return target, False
+        target = (math.floor(at / length + 1e-6) + 1) * length
+        return (at + stop) / 2.0 if stop - target < LEAST_REST * length else target, False
 
 
 def segments(protocol: Protocol, settings: Stepping) -> Iterator[PathSegment]:
