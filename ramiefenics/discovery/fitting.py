@@ -21,6 +21,7 @@ from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.prediction import smooth
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
+from ramiefenics.runs.curve import normalised
 from ramiefenics.specification import SpecificationError
 
 log = logging.getLogger(__name__)
@@ -152,6 +153,17 @@ class Fitter:
     def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
         """Find what every effect changes at its typical amplitude."""
         return self._predictor.linearise(baseline.curves.model, effects, self._smooth)
+
+    def without_simulations(self, effects: Mapping[str, Effect]) -> list[str]:
+        """Return those of some effects that need no simulations, as errors of the machine."""
+        tests = [record.test for record in self._dataset.records]
+        return [
+            name
+            for name, effect in effects.items()
+            if all(
+                normalised(effect.apply(t, effect.typical))[0] == normalised(t)[0] for t in tests
+            )
+        ]
 
     def compare(
         self,

@@ -5,7 +5,8 @@ not in the data may seem to explain them better than those that are. So the evid
 where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
 baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
 fitted, those with one effect more; less what they promised too much of the same effect before.
-Small ones are tried first, and given up where they are hopeless as soon as they are simulated. The
+Pairs of effects that need no simulations, as errors of the machine, are fitted more readily. Small
+ones are tried first, and given up where they are hopeless as soon as they are simulated. The
 best so far, those that come near it in the end, and the baseline, are fitted on, with every curve
 simulated, there or so near that what is learned is as good, until they stay where they are: errors
 of a few thousandths of the peak, of learned curves or of linearisations, are worth odds of a
@@ -17,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,11 @@ at the baseline they may be wrong by as much as an effect gains."""
 
 PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
+
+FREE = 2
+"""Effects that are added to each single one whatever derivatives promise, if neither needs any
+simulation: a gap moves the whole curve, and what another effect does to that is not in derivatives.
+"""
 
 RIVAL, LARGER = 5.0, 2.0
 """By how much a set may be less probable by the derivatives than another of its size, and than the
@@ -110,6 +116,8 @@ class Search:
         self._reached: dict[Names, Reached] = {}
         self._promised: dict[Names, float] = {}
         self._overrated: dict[str, list[float]] = {}  # by effects that were added, what was missing
+        self._free = frozenset(fitter.without_simulations(effects))
+        self._insisted: set[Names] = set()  # are fitted, however good others are
         self._broken: frozenset[int] = frozenset()
         self.refused: dict[Names, str] = {}
 
@@ -196,10 +204,18 @@ class Search:
                 if score > max(top - RIVAL, least + PROMISING):
                     self._promise(names, start, score - found.score(start.names))
             least = max(least, top)
-        if not here:
-            singles = [(score, names) for names, score in larger if len(names) == 1]
-            for score, names in sorted(singles, reverse=True)[:SINGLES]:
-                self._promise(names, start, score - found.score(()))
+        for names, score in self._whatever_promised(start.names, larger):
+            self._promise(names, start, score - found.score(start.names))
+            self._insisted.add(names)
+
+    def _whatever_promised(
+        self, here: Names, larger: Sequence[tuple[Names, float]]
+    ) -> list[tuple[Names, float]]:
+        """Return a few single effects, or pairs that cost nothing, that are fitted in any case."""
+        next_size = [one for one in larger if len(one[0]) == len(here) + 1 <= PAIR]
+        if here:
+            next_size = [one for one in next_size if self._free.issuperset(one[0])]
+        return sorted(next_size, key=lambda one: -one[1])[: FREE if here else SINGLES]
 
     def _promise(self, names: Names, start: Reached, gain: float) -> None:
         promise = start.score + gain
@@ -223,7 +239,7 @@ class Search:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
         left = {n: self._expected(n) for n in self._promised if n not in known}
-        worth = [n for n, score in left.items() if len(n) == 1 or score > self._least(n)]
+        worth = [n for n, score in left.items() if n in self._insisted or score > self._least(n)]
         return min(worth, key=lambda names: (len(names), -left[names]), default=None)
 
     def _least(self, names: Names) -> float:
@@ -239,9 +255,9 @@ class Search:
         for _ in range(ROUNDS):
             simulated = set(names) == set(reached.fitted.curves.model.effects)
             # one that has the best and more in it cannot be far worse: its curves are not near yet
-            larger = set(names) > set(self._best.names)
+            cheap = self._free.issuperset(names) or set(names) > set(self._best.names)
             behind = reached.score < self._best.score - CLOSE
-            if reached.fitted.steady or (simulated and behind and not larger):
+            if reached.fitted.steady or (simulated and behind and not cheap):
                 break
             try:
                 reached = self._moved(names, reached.fitted)
