@@ -50,10 +50,10 @@ at the baseline they may be wrong by as much as an effect gains."""
 PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
-FREE = 2
-"""Effects that are added to each single one whatever derivatives promise, if neither needs any
-simulation: a gap moves the whole curve, and what another effect does to that is not in derivatives.
-"""
+FREE = 1
+"""Effects that are added to each single one but the best whatever derivatives promise, if neither
+needs any simulation: a gap moves the whole curve, and what another effect does to that is not in
+derivatives."""
 
 RIVAL, LARGER = 5.0, 2.0
 """By how much a set may be less probable by the derivatives than another of its size, and than the
@@ -239,8 +239,13 @@ class Search:
         """Return the set to be fitted next."""
         known = {*self._reached, *self.refused}
         left = {n: self._expected(n) for n in self._promised if n not in known}
-        worth = [n for n, score in left.items() if n in self._insisted or score > self._least(n)]
+        worth = [n for n, score in left.items() if score > self._least(n) or self._insists_on(n)]
         return min(worth, key=lambda names: (len(names), -left[names]), default=None)
+
+    def _insists_on(self, names: Names) -> bool:
+        """Return whether a set is fitted in any case: where the best fits, promises are right."""
+        best = self._best.names
+        return names in self._insisted and not (best and set(names) > set(best))
 
     def _least(self, names: Names) -> float:
         """Return what a set has to promise, to be fitted."""
@@ -255,9 +260,10 @@ class Search:
         for _ in range(ROUNDS):
             simulated = set(names) == set(reached.fitted.curves.model.effects)
             # one that has the best and more in it cannot be far worse: its curves are not near yet
-            cheap = self._free.issuperset(names) or set(names) > set(self._best.names)
+            larger = set(names) > set(self._best.names)
+            patient = larger or (len(names) == PAIR and names in self._insisted)
             behind = reached.score < self._best.score - CLOSE
-            if reached.fitted.steady or (simulated and behind and not cheap):
+            if reached.fitted.steady or (simulated and behind and not patient):
                 break
             try:
                 reached = self._moved(names, reached.fitted)

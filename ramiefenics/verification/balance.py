@@ -41,10 +41,10 @@ def balance() -> Study:
         "Energy balance and crushing",
         "The calibration stalk to 14 mm, screening mesh, friction 0.59 at rest and 0.12 in motion; "
         "and to 4 mm and back to 2 mm, with fibres of the phloem that yield in tension from a "
-        "strain of 0.002 on (`fibre_plasticity`). What the indenter works (trapezoidal rule) must "
-        "be stored, rubbed off or dissipated by the material; drawn is the stalk that yields. The "
-        "table divides the elastic stalk's travel into the deflection of a layered Timoshenko beam "
-        "of the same span, "
+        "strain of 0.002 on (`fibre_plasticity`). The indenter's work, by the trapezoidal rule, "
+        "must equal what is stored and what friction and the material dissipate; the figure shows "
+        "the stalk that yields. The table divides the elastic stalk's travel into the deflection "
+        "of a layered Timoshenko beam of the same span, "
         f"{FIXTURE.span_mm:g} mm, whose stiffness is {stiffness:.1f} N/mm, and the rest: the "
         "section crushed under the indenter and at the supports.",
         (
@@ -70,7 +70,7 @@ def _checks(which: str, result: BendingResult) -> tuple[Check, ...]:
     bearing = (curve["support_force_N"] - curve["force_N"]).abs().max()
     return (
         at_most(
-            f"{which}: largest miss of the energy balance, over the largest work",
+            f"{which}: largest error of the energy balance, over the largest work",
             float(miss.abs().max() / curve["indenter_work_Nmm"].max()),
             0.005,
             "trapezoidal rule with steps of 0.5 mm",
@@ -85,7 +85,7 @@ def _checks(which: str, result: BendingResult) -> tuple[Check, ...]:
 
 
 def _spent(curve: pd.DataFrame) -> pd.Series[float]:
-    """Return what is stored, rubbed off and dissipated by the material so far, N mm."""
+    """Return what is stored, and dissipated by friction and the material so far, N mm."""
     kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
     return curve[kinds].sum(axis=1)
 
@@ -103,7 +103,7 @@ def _dissipation_checks(result: BendingResult) -> tuple[Check, ...]:
             "yielding: dissipated by the material, over the largest work",
             float(dissipated.iloc[-1] / work.max()),
             0.1,
-            "or the balance would not feel it",
+            "otherwise the balance would not test it",
         ),
     )
 
@@ -118,7 +118,7 @@ def _crushing(result: BendingResult, stiffness_N_per_mm: float) -> pd.DataFrame:
         {
             "force (N)": FORCES_N,
             "travel (mm)": travel,
-            "of it bending (mm)": beam,
+            "bending (mm)": beam,
             "share of crushing": 1 - beam / travel,
         }
     )
@@ -127,13 +127,14 @@ def _crushing(result: BendingResult, stiffness_N_per_mm: float) -> pd.DataFrame:
 def _plot(result: BendingResult) -> Plot:
     curve = result.curve
     travel, dissipated = curve["displacement_mm"], curve["dissipated_Nmm"]
+    lost = curve["friction_work_Nmm"] + dissipated
     return Plot(
         "travel (mm)",
         "energy (N mm)",
         (
             Series("work of the indenter", travel, curve["indenter_work_Nmm"], points=True),
-            Series("stored, rubbed off and dissipated", travel, _spent(curve)),
-            Series("rubbed off and dissipated", travel, curve["friction_work_Nmm"] + dissipated),
-            Series("dissipated", travel, dissipated),
+            Series("stored and dissipated", travel, _spent(curve)),
+            Series("dissipated by friction and material", travel, lost),
+            Series("dissipated by the material", travel, dissipated),
         ),
     )

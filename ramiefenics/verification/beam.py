@@ -172,7 +172,7 @@ def beam() -> Study:
     tube = LayeredTube.of(stalk)
     kept = table[table["wavelength (mm)"] >= HOLDS_MM]["deflection / beam's"]
     k = 2 * np.pi / table["wavelength (mm)"]
-    table.insert(1, "of it by shear", 1 / (1 + tube.shear_N / (tube.bending_Nmm2 * k**2)))
+    table.insert(1, "share of shear", 1 / (1 + tube.shear_N / (tube.bending_Nmm2 * k**2)))
     return Study(
         "Timoshenko's beam",
         "The calibration stalk under a small load that varies along it as a cosine, so that no end "

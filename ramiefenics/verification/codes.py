@@ -136,8 +136,9 @@ def pressed() -> Study:
     return Study(
         "Other codes: tube between cylinders",
         "Isotropic neo-Hookean layers, first-order cells, without friction. The others use "
-        "penalties near 200 N/mm3, Kratos a mortar method. CalculiX and GetFEM give the supports' "
-        "force; what soft ground springs of theirs take, 0.06 N/mm, is added. Forces in N.",
+        "penalties near 200 N/mm3, Kratos a mortar method. CalculiX and GetFEM give the force of "
+        "the supports; that of the soft ground springs in their models, 0.06 N/mm, is added. "
+        "Forces in N.",
         (
             at_most(
                 f"largest relative difference to any code from {AGREE_FROM_MM:g} mm on",
@@ -179,7 +180,7 @@ def closed() -> Study:
     table["CalculiX, rigid"] = stiff + (stiff - soft) / 3.0
     table.insert(0, "ramiefenics", list(np.interp(table.index, travel, force)))
     pressed: Array = np.interp(table.index, travel, curve["void_force_N"])
-    table.insert(1, "of it through the void", list(pressed))
+    table.insert(1, "through the void", list(pressed))
     ratio = (table["ramiefenics"] / table["CalculiX, rigid"])[pressed > 0.0]
     return Study(
         "Other codes: a void that closes",

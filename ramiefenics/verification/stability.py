@@ -67,7 +67,7 @@ def stability() -> Study:
                 "stretches at which saturating_fibre stays elliptic, as a share",
                 float(np.isnan(lost["saturating_fibre"]).mean()),
                 1.0,
-                "what it is made for",
+                "the purpose of this law",
             ),
         ),
         pd.DataFrame({"transverse stretch": STRETCHES, **lost}),
