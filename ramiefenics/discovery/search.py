@@ -50,10 +50,11 @@ at the baseline they may be wrong by as much as an effect gains."""
 PAIR = 2
 """Effects of the largest sets that are tried by the derivatives at the baseline."""
 
-FREE = 1
-"""Effects that are added to each single one but the best whatever derivatives promise, if neither
-needs any simulation: a gap moves the whole curve, and what another effect does to that is not in
-derivatives."""
+FREE, FREE_RIVAL = 1, 16.0
+"""Number of effects that are added to each single effect other than the best, if neither of them
+needs simulations, and by how much such a pair may be less probable than the best. A gap moves the
+whole curve, and the derivatives of other effects do not account for that.
+"""
 
 RIVAL, LARGER = 5.0, 2.0
 """By how much a set may be less probable by the derivatives than another of its size, and than the
@@ -243,9 +244,14 @@ class Search:
         return min(worth, key=lambda names: (len(names), -left[names]), default=None)
 
     def _insists_on(self, names: Names) -> bool:
-        """Return whether a set is fitted in any case: where the best fits, promises are right."""
-        best = self._best.names
-        return names in self._insisted and not (best and set(names) > set(best))
+        """Return whether a set is fitted although another one promises more.
+
+        If it contains the best set it is not, as promises are right where that fits.
+        """
+        if len(names) == 1:
+            return names in self._insisted
+        promising = self._promised[names] > self._best.score - FREE_RIVAL
+        return names in self._insisted and promising and not set(names) > set(self._best.names)
 
     def _least(self, names: Names) -> float:
         """Return what a set has to promise, to be fitted."""
@@ -261,9 +267,9 @@ class Search:
             simulated = set(names) == set(reached.fitted.curves.model.effects)
             # one that has the best and more in it cannot be far worse: its curves are not near yet
             larger = set(names) > set(self._best.names)
-            patient = larger or (len(names) == PAIR and names in self._insisted)
-            behind = reached.score < self._best.score - CLOSE
-            if reached.fitted.steady or (simulated and behind and not patient):
+            pair = len(names) == PAIR and names in self._insisted
+            behind = reached.score < self._best.score - (FREE_RIVAL if pair else CLOSE)
+            if reached.fitted.steady or (simulated and behind and not larger):
                 break
             try:
                 reached = self._moved(names, reached.fitted)
