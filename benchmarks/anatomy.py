@@ -1,8 +1,8 @@
-"""What nobody suspects, hidden in curves of finite elements, and learned as a free function.
+"""Effects that nobody suspects, hidden in finite-element curves and learned as free functions.
 
     ./run python benchmarks/anatomy.py
 
-A quarter of an hour. Keeps finished cases in `records/anatomy.json`, and writes
+Takes a quarter of an hour. Keeps finished cases in `records/anatomy.json`, and writes
 `docs/discovery_anatomy.md` with its picture.
 """
 
@@ -34,7 +34,7 @@ SEED = 640000
 
 
 def _stiffest_half_way(test: BendingTest, amount: float) -> BendingTest:
-    """Lower all moduli by a share at both ends of the plant, with the square of the distance."""
+    """Lower the moduli by a share at both ends of the plant, quadratically from its middle."""
     heights = np.linspace(*HEIGHTS_MM, 13)
     middle, half = np.mean(HEIGHTS_MM), np.ptp(HEIGHTS_MM) / 2.0
     factors = 1.0 - amount * ((heights - middle) / half) ** 2
@@ -55,7 +55,7 @@ HALF_WAY = Effect(
 
 @dataclass(frozen=True)
 class Case:
-    """An effect, how large over its typical size, and where it is."""
+    """A hidden effect, its amplitude relative to the typical one, and the place where it acts."""
 
     effect: Effect
     size: float
@@ -73,7 +73,7 @@ CASES = (
 
 
 def run(case: Case, seed: int) -> dict[str, Any]:
-    """Hide an effect, learn without suspects, and compare the function with the hidden one."""
+    """Hide an effect, learn without suspects, and return the learned and the hidden function."""
     amplitude = case.size * case.effect.typical
     with tempfile.TemporaryDirectory() as folder, workers() as pool:
         runs = Runs(executor=pool)
@@ -110,13 +110,13 @@ def run(case: Case, seed: int) -> dict[str, Any]:
 
 
 def held(found: dict[str, Any]) -> float:
-    """Return the share of the points at which the band holds the truth."""
+    """Return the share of the points at which the band contains the truth."""
     off = np.abs(np.subtract(found["truth"], found["learned"]))
     return float(np.mean(off <= np.array(found["half"]) + 1e-9))
 
 
 def picture(found: dict[str, dict[str, Any]]) -> Figure:
-    """Draw what was hidden beside what was learned."""
+    """Draw the hidden functions beside the learned ones."""
     with mpl.rc_context(STYLE | {"font.size": 8.0}):
         figure = Figure(figsize=(8.2, 2.7 * -(-len(found) // 3)), layout="constrained")
         grid = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
@@ -166,7 +166,7 @@ def page(found: dict[str, dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run what is not recorded yet."""
+    """Run the cases that are not recorded yet, then write the page and its picture."""
     warnings.simplefilter("ignore", SpecificationWarning)
     known, found = read_record("anatomy"), {}
     for number, case in enumerate(CASES):

@@ -1,8 +1,8 @@
-"""Bad inputs, made by the thousand, and what an honest program may do with each.
+"""Random bad inputs, and independent checks of those that are accepted.
 
-A file that a user could have written is spoilt in a random way, or a key is given a random value.
-Whatever reads it may refuse it with a `SpecificationError`, or take it; what it takes is looked at
-by an oracle that shares no code with the checks.
+A file that a user could have written is corrupted at random, or a key is given a random value.
+Whatever reads the file may refuse it with a `SpecificationError` or accept it. What is accepted is
+judged by an oracle that shares no code with the program's checks.
 """
 
 from __future__ import annotations
@@ -52,16 +52,17 @@ JUNK = [
 
 @dataclass(frozen=True)
 class Target:
-    """Something that reads files.
+    """A reader of files that is attacked.
 
     Attributes
     ----------
     files
-        What a user could have written, by name.
+        Contents of files that a user could have written, by name.
     read
-        Reads the folder with these; returns what is wrong with what it took, or nothing.
+        Reads the folder with these files; returns what is wrong with the input that it accepted,
+        or an empty string.
     spoilt
-        Which of the files are spoilt.
+        Names of the files that may be corrupted.
     """
 
     files: Mapping[str, bytes]
@@ -118,7 +119,7 @@ DEFECTS = [_number, _number, _number, _byte, _insert, _cut, _line]
 
 
 def specification_faults(test: rf.BendingTest) -> str:
-    """Return why a specification that was taken is nonsense."""
+    """Return why an accepted specification is nonsense, or an empty string."""
     diameters = [test.stalk.void_diameter_mm]
     diameters += [layer.outer_diameter_mm for layer in test.stalk.layers]
     if not all(math.isfinite(d) for d in diameters) or diameters[0] < 0.0:
@@ -149,7 +150,7 @@ def specification_faults(test: rf.BendingTest) -> str:
 
 
 def curve_faults(name: str, curve: pd.DataFrame) -> str:
-    """Return why a record that was taken is nonsense."""
+    """Return why an accepted curve is nonsense, or an empty string."""
     displacement, force = curve["displacement_mm"], curve["force_N"]
     if len(curve) < 20 or not np.isfinite(curve[["displacement_mm", "force_N"]].to_numpy()).all():
         return f"{name}: {len(curve)} rows, or not finite"
@@ -204,7 +205,7 @@ def _own(kind: type, what: str) -> Callable[[Path], str]:
 
 
 def targets() -> dict[str, Target]:
-    """Return what is attacked, by name."""
+    """Return the targets by name."""
     package = Path(rf.__file__).parent
     text = (package.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
     law, *effects, reader = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -256,7 +257,7 @@ def targets() -> dict[str, Target]:
 
 
 def attack(target: Target, folder: Path, rng: np.random.Generator) -> str:
-    """Spoil one of a target's files, and read them; return what is wrong with what was taken."""
+    """Corrupt one of a target's files and read them; return what is wrong if they are accepted."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     victim = str(rng.choice(target.spoilt))
@@ -266,7 +267,7 @@ def attack(target: Target, folder: Path, rng: np.random.Generator) -> str:
 
 
 def set_a_key(test: rf.BendingTest, rng: np.random.Generator) -> str:
-    """Give a random key of a specification a random value."""
+    """Give a random key a random value; return what is wrong if it is accepted."""
     named = [key.path for key in keys() if key.type]
     layer = str(rng.choice(["xylem", "phloem", "bark"]))
     key = str(rng.choice(named)).replace("NAME", layer)

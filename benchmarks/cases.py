@@ -1,4 +1,4 @@
-"""Cases of hidden effects, what was said of them, and how often it was right."""
+"""Cases with hidden effects, and tables and a figure of how often the verdicts are right."""
 
 from __future__ import annotations
 
@@ -16,25 +16,28 @@ from ramiefenics.results.style import BLUE, GREEN, STYLE, VERMILION
 
 AMPLITUDES, NOISES = (0.5, 1.0, 2.0), (0.01, 0.03)
 
+APART = 10_000
+"""Difference of the seeds of two kinds of case, so that no two cases have the same stalks."""
+
 VERDICTS = ["none", "cause", "ambiguous", "conflict", "unknown"]
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is drawn.
+    """A case to be solved.
 
     Attributes
     ----------
     kind
-        One word.
+        Kind of case, as in `cases`.
     hidden
-        Effects, with amplitudes over the typical ones.
+        Amplitudes of the hidden effects, relative to the typical ones, by name.
     noise
-        Over the peak.
+        Noise of the curves, relative to their peak.
     tests
-        Of each stalk.
+        Number of tests of each stalk.
     seed
-        Of everything random.
+        Seed of all random numbers of the case.
     """
 
     kind: str
@@ -47,17 +50,17 @@ class Case:
 def cases(
     names: Sequence[str], numbers: Mapping[str, int], seed: int
 ) -> Iterator[tuple[str, Case]]:
-    """Yield labels and cases, kinds in turn, so that any beginning has some of all.
+    """Yield labels and cases, cycling through the kinds so that the first few include them all.
 
     Parameters
     ----------
     names
-        Effects to be hidden.
+        Effects that may be hidden.
     numbers
-        Of cases, by kind: ``nothing``, ``one`` (any size and noise), ``two`` of typical size, ``not
-        listed``, ``one broken``, ``two tests``.
+        Number of cases by kind: ``nothing``, ``one`` (any size and noise), ``two`` of typical size,
+        ``not listed``, ``one broken``, ``two tests``.
     seed
-        Of what is hidden where.
+        Seed of the choice of hidden effects.
     """
     rng = np.random.default_rng(seed)
     grid = rng.permutation(list(itertools.product(AMPLITUDES, NOISES, names)))
@@ -76,14 +79,15 @@ def cases(
         for size, noise, name in grid[: numbers["one"]]
     ]
     for turn in range(max(map(len, drawn.values()))):
-        for kind, some in drawn.items():
+        for number, (kind, some) in enumerate(drawn.items()):
             if turn < len(some):
                 tests = 2 if kind == "two tests" else 1
-                yield f"{kind} {turn + 1}", replace(some[turn], tests=tests, seed=seed + turn)
+                own = seed + number * APART + turn
+                yield f"{kind} {turn + 1}", replace(some[turn], tests=tests, seed=own)
 
 
 def named(record: Mapping[str, Any]) -> bool:
-    """Return whether exactly what was hidden was named, each effect by itself or in a group."""
+    """Return whether exactly the hidden effects were named, each by itself or in a group."""
     groups = [set(group) for group in record["groups"]]
     hidden = set(record["hidden"])
     if record["verdict"] not in ("cause", "ambiguous"):
@@ -92,14 +96,14 @@ def named(record: Mapping[str, Any]) -> bool:
 
 
 def wrong(record: Mapping[str, Any]) -> bool:
-    """Return whether something that was not hidden was named as a cause."""
+    """Return whether an effect that was not hidden was named, by itself, as a cause."""
     causes = [g[0] for g in record["groups"] if len(g) == 1]
     called = record["verdict"] in ("cause", "ambiguous")
     return called and any(name not in record["hidden"] for name in causes)
 
 
 def confusion(records: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return a table by kind of case, in Markdown."""
+    """Return a table of verdicts by kind of case, in Markdown."""
     rows = []
     for kind in dict.fromkeys(r["kind"] for r in records.values()):
         some = [r for r in records.values() if r["kind"] == kind]
@@ -117,7 +121,7 @@ def confusion(records: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def by_effect(records: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> str:
-    """Return a table of single effects by amplitude and noise, in Markdown."""
+    """Return a table of the verdicts on single effects by amplitude and noise, in Markdown."""
     rows = []
     for name in names:
         row = [name]
@@ -144,7 +148,7 @@ def _short(record: Mapping[str, Any]) -> str:
 
 
 def figure(records: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draw p-values of nothing, and how often an effect is there that is said to be."""
+    """Draw p-values where nothing is hidden, and the calibration of the effects' probabilities."""
     nulls = np.sort([r["p"] for r in records.values() if r["kind"] == "nothing"])
     said, there = [], []
     for r in records.values():

@@ -1,9 +1,9 @@
-"""Dependence of the answer on mesh, step and the parameters of Nitsche's method.
+"""Dependence of the result on mesh, step and the parameters of Nitsche's method.
 
     ./run python benchmarks/convergence.py
 
-Half an hour on two cores. Keeps every finished run in `records/convergence.json`; at the end writes
-`docs/convergence.md`, and the table of errors in `meshes/README.md`.
+Takes half an hour on two cores. Keeps every finished run in `records/convergence.json`, and writes
+`docs/convergence.md` and the table of errors in `meshes/README.md` at the end.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ contact is 2 to 4 mm long. On `ladder_q2_3` with cells of 2 and of 1 mm there
 """
 
 MESH = "numerics.mesh=ladder_q2_3"
-"""On which steps and contact are compared; of `standard`'s cross-section, finer in between."""
+"""Mesh on which steps and contact are compared.
+
+It has the cross-section of `standard`, and shorter cells between the cylinders."""
 
 
 def base(*assignments: str) -> BendingTest:
@@ -153,7 +155,7 @@ def spread(rows: list[Mapping[str, Any]]) -> str:
 
 
 def extrapolate(rows: list[Mapping[str, Any]]) -> dict[str, Extrapolation]:
-    """Return what a ladder tells of every quantity."""
+    """Return the extrapolation of every quantity from a ladder of meshes."""
     sizes = [row["cells"] ** (-1.0 / 3.0) for row in rows]
     return {key: order_and_limit(sizes, [row[key] for row in rows]) for key in COMPARED}
 
@@ -164,12 +166,12 @@ def number(value: float | None, how: str = ".2f", unit: str = "") -> str:
 
 
 def percent(share: float | None) -> str:
-    """Return a share as a cell of a table."""
+    """Return a share, in per cent, as a cell of a table."""
     return number(share if share is None else 100.0 * share, unit=" %")
 
 
 def richardson(rows: list[Mapping[str, Any]]) -> str:
-    """Return the table of orders and limits of a ladder."""
+    """Return the table of orders and limits of a ladder of meshes."""
     found, before = extrapolate(rows), extrapolate(rows[:-1])
     lines = [
         ["the three finest meshes", *(f.behaviour for f in found.values())],
@@ -205,7 +207,7 @@ def errors(record: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def write_readme(text: str) -> None:
-    """Put the table of errors between its marks in `meshes/README.md`."""
+    """Replace the table of errors between its marks in `meshes/README.md`."""
     path = DOCS.parent / "meshes" / "README.md"
     marks = r"(<!-- made by benchmarks/convergence.py -->\n).*?(<!-- end -->)"
     changed, found = re.subn(marks, rf"\g<1>{text}\g<2>", path.read_text(), flags=re.DOTALL)
@@ -214,11 +216,11 @@ def write_readme(text: str) -> None:
 
 
 def main() -> None:
-    """Run what is not recorded yet, then write the tables."""
+    """Run the cases that are not kept yet, then write the tables."""
     warnings.simplefilter("ignore", SpecificationWarning)
     steps, nitsche, domains = step_cases(), nitsche_cases(), domain_cases()
     record_meshes()
-    # the longest first, so that two workers end together
+    # longest runs first, so that both workers finish at about the same time
     run_all("convergence", dict(reversed((steps | nitsche | domains).items())))
     record = read_record("convergence")
     head = ["", "unknowns", *FORCES.values(), "iterations", "cut-backs"]

@@ -1,12 +1,13 @@
-"""How often the statistics of discovery are right: random data of simulated signatures.
+"""How often the statistics of discovery are right, on random data from simulated signatures.
 
     ./run python benchmarks/discovery_statistics.py [--cases N]
 
-One stalk is simulated with every effect at its typical size, under the standard test and on a
-shorter span. From these, data sets of eight stalks are drawn, with scatter, noise and what is
-hidden in them, and judged as `discover` judges them, but for fits in the finite-element model: all
-is linear here. About an hour on two cores, after ten minutes of simulations. Keeps finished cases
-in `records/discovery_statistics.json`, and writes `docs/discovery_statistics.md`.
+One stalk is simulated with every effect at its typical size, in the standard test and on a shorter
+span. From these signatures, data sets of eight stalks are drawn, with scatter, noise and hidden
+effects. They are judged as `discover` judges them, except that everything is linear, so that no
+finite-element model is fitted. Takes about an hour on two cores, after ten minutes of simulations.
+Keeps finished cases in `records/discovery_statistics.json`, and writes
+`docs/discovery_statistics.md`.
 """
 
 from __future__ import annotations
@@ -37,12 +38,13 @@ from ramiefenics.specification import override
 STALKS, FIT_SD, OWN, DRIFT = 8, 0.1, 0.05, 0.003
 SHORT = "fixture.span_mm=70"
 VISIBLE = 0.002
-"""Share of the peak that an effect of typical size has to change: alike stalks show no effect that
-is one between stalks."""
+"""Smallest change by an effect of typical size, relative to the peak, for the effect to be used.
+
+The stalks are equal here, so that effects which distinguish specimens change nothing."""
 
 NUMBERS = {
     "nothing": 200,
-    "one": 1000,  # all
+    "one": 1000,  # more than there are, thus all
     "two": 40,
     "not listed": 40,
     "one broken": 20,
@@ -52,7 +54,7 @@ SEED = 100000
 
 
 def draw(case: Case, one: Evidence) -> Evidence:
-    """Return drawn data."""
+    """Return random data for a case."""
     rng = np.random.default_rng([case.seed, len(case.kind)])
     evidence = repeated(one, list(range(case.tests)), STALKS)
     scatter = Scatter((OWN,) * evidence.by_factors.shape[1], case.noise, 0.04, DRIFT)
@@ -70,7 +72,7 @@ def draw(case: Case, one: Evidence) -> Evidence:
 
 
 def judge(evidence: Evidence, seed: int) -> dict[str, Any]:
-    """Return what is said of data."""
+    """Return the verdict on some data, and what it is based on."""
     rng = np.random.default_rng(seed)
     seen = find_broken(evidence, ())
     causes = find_causes(seen)
@@ -94,14 +96,14 @@ def judge(evidence: Evidence, seed: int) -> dict[str, Any]:
 
 
 def intervals(evidence: Evidence, case: Case) -> dict[str, tuple[float, float]]:
-    """Return the intervals of hidden amplitudes where all of these are known to be there."""
+    """Return the intervals of the hidden amplitudes, given which effects are hidden."""
     names = tuple(name for name in case.hidden if name in evidence.suspects)
     fit = Fit(evidence, names, fit_scatter(evidence, names))
     return {name: fit.interval(name) for name in names}
 
 
 def run(case: Case, one: Evidence) -> dict[str, Any]:
-    """Draw data, and have them judged."""
+    """Draw the data of a case, and judge them."""
     evidence = draw(case, one)
     listed = {} if case.kind == "one broken" else intervals(evidence, case)
     return {**asdict(case), **judge(evidence, case.seed), "intervals": listed}
@@ -150,12 +152,12 @@ def page(records: dict[str, dict[str, Any]], names: tuple[str, ...]) -> str:
 
 
 def _change(suspect: Suspect) -> float:
-    """Return the largest change that the typical amplitude makes, over the peak."""
+    """Return the largest change by the typical amplitude, relative to the peak."""
     return float(np.abs(suspect.effect.typical * suspect.signature).max())
 
 
 def main() -> None:
-    """Run what is not recorded yet."""
+    """Run the cases that are not recorded yet, then write the page and its figure."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, help="stop after so many")
     arguments = parser.parse_args()

@@ -1,17 +1,17 @@
-"""What every effect does to the force curve, and what it can be mistaken for.
+"""Change of the force curve by every effect, and the effects for which it can be mistaken.
 
     OMP_NUM_THREADS=1 ./run python benchmarks/effect_signatures.py
 
-An hour on two cores; what has been simulated before is kept. Writes
+Takes an hour on two cores; simulations done before are reused. Writes
 `records/effect_signatures.json` and the figures of `docs/effects.md`; afterwards
 `benchmarks/effects.py` writes that page.
 
-Curves are those of a mean ramie stalk on the recipe `screening`, as the machine records them. A
-fit of the layers' moduli, known to 10 % each, takes a part of a signature s away. Beside errors of
-a covariance E it leaves ``E C^-1 s``, with ``C = E + D S D^T`` from the derivatives D of the curve
-by the moduli's logarithms and their prior covariance S (Tarantola 2005, section 3.2). Two effects
-look alike where ``C^-1/2 s`` of both point the same way. With a second test of the same stalk, s
-and D are those of both tests, one after the other.
+The curves are those of a mean ramie stalk on the recipe `screening`, as the machine records them. A
+fit of the layers' moduli, each known to 10 %, removes a part of a signature s. With errors of
+covariance E, the part ``E C^-1 s`` remains, where ``C = E + D S D^T`` follows from the derivatives
+D of the curve by the moduli's logarithms and their prior covariance S (Tarantola 2005, section
+3.2). Two effects look alike if their vectors ``C^-1/2 s`` point in the same direction. With a
+second test of the same stalk, s and D are those of both tests, one after the other.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ from ramiefenics.runs import Done, KeptRun, Runs, Simulation, workers
 from ramiefenics.runs.curve import CurveTask
 
 PRIOR_SD, ERROR_SHARE = 0.1, 0.01
-"""Standard deviations of the moduli's logarithms, and of the curve over its peak."""
+"""Standard deviations of the moduli's logarithms, and of the curve relative to its peak."""
 
 LEAST_SHARE = 5e-3
-"""Of the peak: what changes the force by less does not show beside the errors of steps."""
+"""Smallest change of the force, relative to the peak, that stands out from errors of the steps."""
 
 ALIKE_DEG = 30.0
 
@@ -51,7 +51,9 @@ SECOND: dict[str, list[str]] = {
     "a hundred times faster": ["protocol.speed_mm_per_s=100"],
     "unloaded": ["protocol.then=[{to_mm=0}]"],
 }
-"""Tests of the same stalk besides, by what they are; the last goes on where the first ends."""
+"""Settings of second tests of the same stalk, by description.
+
+The last one continues where the first test ends."""
 
 Array = NDArray[np.float64]
 GRID_MM: Array = np.linspace(0.25, 14.0, 56)
@@ -64,9 +66,9 @@ class Baseline:
     Attributes
     ----------
     force_N
-        On the grid.
+        Force on the grid.
     slopes_N
-        Its derivatives by the moduli's logarithms, shape (grid, moduli).
+        Derivatives of the force by the moduli's logarithms, shape (grid, moduli).
     """
 
     force_N: Array
@@ -74,7 +76,7 @@ class Baseline:
 
     @classmethod
     def read(cls, curve: pd.DataFrame) -> Baseline:
-        """Read a curve with its derivatives off on the grid."""
+        """Interpolate a curve and its derivatives to the grid."""
         columns = [np.interp(GRID_MM, curve["displacement_mm"], curve[x]) for x in curve.columns]
         return cls(columns[1], np.array(columns[2:]).T)
 
@@ -84,13 +86,13 @@ class Baseline:
         return float(self.force_N.max())
 
     def covariance(self, points: NDArray[np.bool_]) -> Array:
-        """Return that of errors and moduli together at some points of the grid, N^2."""
+        """Return the joint covariance of errors and moduli at some points of the grid, N^2."""
         slopes = self.slopes_N[points]
         errors = (ERROR_SHARE * self.peak_N) ** 2 * np.eye(len(slopes))
         return np.asarray(errors + PRIOR_SD**2 * slopes @ slopes.T)
 
     def left(self, signature_N: Array) -> Array:
-        """Return what a fit of the moduli leaves of a signature, N; NaN stays."""
+        """Return the part of a signature that remains after a fit of the moduli, N; NaN stays."""
         found = np.full_like(signature_N, np.nan)
         points = np.isfinite(signature_N)
         explained = np.linalg.solve(self.covariance(points), signature_N[points])
@@ -98,20 +100,20 @@ class Baseline:
         return found
 
     def cosine(self, one_N: Array, other_N: Array) -> float:
-        """Return that of the angle between two signatures, where both are."""
+        """Return the cosine of the angle between two signatures, over their common points."""
         points = np.isfinite(one_N) & np.isfinite(other_N)
         a, b = one_N[points], other_N[points]
         weights = np.linalg.inv(self.covariance(points))
         return float(a @ weights @ b / np.sqrt((a @ weights @ a) * (b @ weights @ b)))
 
     def with_other(self, other: Baseline) -> Baseline:
-        """Return both tests of the same stalk, one after the other."""
+        """Return the baseline of two tests of the same stalk, one after the other."""
         slopes = np.concatenate([self.slopes_N, other.slopes_N])
         return Baseline(np.concatenate([self.force_N, other.force_N]), slopes)
 
     @property
     def band_N(self) -> Array:
-        """Half width of the 95 % interval that the moduli leave the force, N."""
+        """Half width of the force's 95 % interval due to the uncertain moduli, N."""
         return np.asarray(1.96 * PRIOR_SD * np.sqrt((self.slopes_N**2).sum(axis=1)))
 
 
@@ -121,9 +123,9 @@ def recorded(curve: pd.DataFrame, unloading: bool = False) -> Array:
     Parameters
     ----------
     curve
-        Of a result.
+        Curve of a result.
     unloading
-        After the turning point, not before.
+        Whether to take the part after the turning point, instead of the part before it.
     """
     travel, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
     turn = int(np.argmax(travel))
@@ -134,7 +136,7 @@ def recorded(curve: pd.DataFrame, unloading: bool = False) -> Array:
 
 
 def signature(baseline: Baseline, effect: Effect, test: BendingTest, run: Done[KeptRun]) -> Any:
-    """Return an effect's change of the force on the grid, N, or a word why there is none."""
+    """Return an effect's change of the force on the grid, N, or the reason why there is none."""
     if run.error is not None:
         return f"not simulated: {run.error}"
     result = run.result().result
@@ -149,7 +151,7 @@ def signature(baseline: Baseline, effect: Effect, test: BendingTest, run: Done[K
 
 
 def angle_deg(baseline: Baseline, one: tuple[Effect, Array], other: tuple[Effect, Array]) -> float:
-    """Return the angle between signatures, of either sign where an amplitude may have both."""
+    """Return the angle between signatures, ignoring signs if an amplitude may have both."""
     cosine = baseline.cosine(one[1], other[1])
     if any(effect.bounds[0] < 0.0 for effect, _ in (one, other)):
         cosine = abs(cosine)
@@ -157,7 +159,7 @@ def angle_deg(baseline: Baseline, one: tuple[Effect, Array], other: tuple[Effect
 
 
 def panels(baseline: Baseline, found: dict[str, Array]) -> Figure:
-    """Draw all signatures, each beside what other moduli could do."""
+    """Draw all signatures, each with the band of changes that other moduli could cause."""
     columns = 5
     rows = -(-len(found) // columns)
     with mpl.rc_context(STYLE | {"font.size": 7.0}):
@@ -196,9 +198,10 @@ def heat_map(names: list[str], angles: Array) -> Figure:
 
 
 def second(runs: Runs, test: BendingTest, what: str) -> tuple[Baseline, dict[str, Array]]:
-    """Return the baseline of a second test, and all signatures in it that are smooth.
+    """Return the baseline of a second test, and all smooth signatures in it.
 
-    Slopes of unloading are those of loading, in proportion to the force: the baseline is elastic.
+    Derivatives in unloading are those in loading, in proportion to the force, because the baseline
+    is elastic.
     """
     other, unloading = override(test, SECOND[what]), what == "unloaded"
     loading = override(other, ["protocol.then=[]"])
@@ -219,7 +222,7 @@ def second(runs: Runs, test: BendingTest, what: str) -> tuple[Baseline, dict[str
 
 
 def main() -> None:
-    """Run what is not kept yet, then write record and figures."""
+    """Run the simulations that are not kept yet, then write the record and the figures."""
     warnings.simplefilter("ignore", SpecificationWarning)
     settings = ["numerics.mesh=screening", "numerics.acoustic_check=false"]
     test = override(ramie(14.23, 7.28, 0.67), settings)
@@ -282,7 +285,7 @@ def _joined(first: dict[str, Array], others: dict[str, Array]) -> dict[str, Arra
 
 
 def _changed(test: BendingTest) -> dict[str, BendingTest]:
-    """Return the test with each effect that has a meaning for it."""
+    """Return the test with each of the effects that apply to it, by name."""
     found = {}
     for name, effect in EFFECTS.items():
         with contextlib.suppress(SpecificationError):

@@ -1,9 +1,9 @@
-"""The page of effects, from what they say of themselves.
+"""Documentation page of the effects, generated from their definitions.
 
     ./run python benchmarks/effects.py
 
-A second. Writes `docs/effects.md`, with what `effect_signatures.py` has simulated; a test compares
-that file with what this would write.
+Takes a second. Writes `docs/effects.md`, including the results of `effect_signatures.py`. A test
+compares that file with what this script would write.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ the table cannot be combined; all others can.
 
 
 def page() -> str:
-    """Return the page."""
+    """Return the page, in Markdown."""
     effects = [
         {
             "effect": f"`{effect.name}`",
@@ -117,7 +117,7 @@ def _physics(effect: Effect) -> str:
 
 
 def _mistaken() -> str:
-    """Tell of every effect what its signature is like; of those not simulated yet, that."""
+    """Return the table of the effects' signatures; it marks those that are not simulated yet."""
     record = json.loads(SIGNATURES.read_text(encoding="utf-8"))
     rows = []
     for name, effect in EFFECTS.items():
@@ -137,7 +137,7 @@ def _mistaken() -> str:
 
 
 def _second() -> str:
-    """Tell of every pair that is alike what a second test makes of its angle."""
+    """Return the table of the angles of all similar pairs in one test and with a second one."""
     record = json.loads(SIGNATURES.read_text(encoding="utf-8"))
     rows, names = [], list(EFFECTS)
     for name, found in record.items():

@@ -1,8 +1,8 @@
-"""The calibration stalk with inertia: what the speed of an explicit test does to the force.
+"""Effect of the speed of an explicit test on the force, for the calibration stalk.
 
     ./run python benchmarks/explicit.py
 
-Ten minutes of CPU time. Keeps every finished run in `records/explicit.json`, and writes
+Takes ten minutes of CPU time. Keeps every finished run in `records/explicit.json`, and writes
 `docs/explicit.md` and the figure `docs/explicit.png` at the end.
 """
 
@@ -36,10 +36,10 @@ from ramiefenics.solve.explicit_result import QUASI_STATIC
 MESH = "ladder_q1_1"
 DURATIONS_S = (0.0025, 0.005, 0.01, 0.02, 0.05, 0.1)
 SCALED = ((0.1, 25.0), (0.1, 100.0))
-"""Duration and mass factor."""
+"""Durations, s, and mass factors of the tests with scaled mass."""
 
 OTHER_MESHES = {"ladder_q1_2": 0.02, "screening": 0.03}
-"""Further meshes, the second one of second order, and the durations on them."""
+"""Durations, s, of the tests on two further meshes, the second of which is of second order."""
 
 COLUMNS = (
     "displacement_mm",
@@ -115,7 +115,7 @@ the consistent mass matrix.
 
 
 def case(mesh: str, duration_s: float, mass_factor: float = 1.0) -> BendingTest:
-    """Return the calibration stalk's test on a mesh, in a time, with scaled mass."""
+    """Return the calibration stalk's test with a mesh, a duration and scaled mass."""
     return override(
         published_test("table3"),
         [
@@ -130,7 +130,7 @@ def case(mesh: str, duration_s: float, mass_factor: float = 1.0) -> BendingTest:
 
 
 def run_implicit(test: BendingTest) -> dict[str, Any]:
-    """Simulate without inertia, and return the curve."""
+    """Simulate without inertia, and return the curve and the cost."""
     from mpi4py import MPI
 
     warnings.simplefilter("ignore", SpecificationWarning)
@@ -181,12 +181,12 @@ def cases() -> dict[str, BendingTest]:
 
 
 def effective_s(row: Mapping[str, Any]) -> float:
-    """Return the duration of the equally fast test without mass scaling."""
+    """Return the duration of the equivalent test without mass scaling."""
     return float(row["duration_s"] / math.sqrt(row["mass_factor"]))
 
 
 def compare(row: Mapping[str, Any], static: Mapping[str, Any]) -> tuple[float, float]:
-    """Return error of the largest force, and largest error anywhere, over the implicit maximum."""
+    """Return the error of the maximum, and the largest error, over the implicit maximum."""
     at, force = static["curve"]["displacement_mm"], static["curve"]["force_N"]
     travel = np.minimum(row["curve"]["displacement_mm"], at[-1])
     exact = PchipInterpolator(at, force)(travel)
@@ -195,7 +195,7 @@ def compare(row: Mapping[str, Any], static: Mapping[str, Any]) -> tuple[float, f
 
 
 def ripple_s(row: Mapping[str, Any]) -> float:
-    """Return the period of the strongest ripple on the supports' force, by its spectrum."""
+    """Return the period, s, of the strongest ripple in the supports' force, from its spectrum."""
     travel = np.array(row["curve"]["displacement_mm"])
     late = travel > 3.0
     travel, force = travel[late], np.array(row["curve"]["support_force_N"])[late]
@@ -273,7 +273,7 @@ def line(row: Mapping[str, Any], static: Mapping[str, Any]) -> list[str]:
 
 
 def tables(rows: Rows) -> str:
-    """Return the tables of both sections."""
+    """Return the text and tables of both sections."""
     head = ["duration (ms)", "mass factor", "speed (mm/s)", "max force (N)", "error of the maximum"]
     head += ["largest error", "kinetic / stored", "energy error", "least step (us)", "steps"]
     head += ["residuals per step", "CPU (s)"]
@@ -291,7 +291,7 @@ def tables(rows: Rows) -> str:
 
 
 def main() -> None:
-    """Run what is not recorded yet, then write text and figure."""
+    """Run the cases that are not kept yet, then write the page and its figure."""
     warnings.simplefilter("ignore", SpecificationWarning)
     static = {f"{mesh} implicit": case(mesh, 0.1) for mesh in (MESH, *OTHER_MESHES)}
     rows = run_all("explicit", static, run_implicit)

@@ -1,9 +1,9 @@
-"""Cost of large models: the first millimetre of travel, friction on, by multigrid.
+"""Cost of large models: the first millimetre of travel with friction, solved by multigrid.
 
     ./run python benchmarks/growth.py
 
-Twenty minutes on one core and up to 20 GB of memory. Keeps finished runs in `records/growth.json`,
-and draws `docs/growth.png`.
+Takes twenty minutes on one core and up to 20 GB of memory. Keeps finished runs in
+`records/growth.json`, and draws `docs/growth.png`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from ramiefenics import BendingTest, override, published_test, simulate
 from ramiefenics.results.style import BLUE, STYLE
 
 REFINEMENT = (1.0, 1.5, 2.25, 2.8, 3.3)
-"""Over the finest step of the first-order ladder."""
+"""Refinement factors relative to the finest mesh of the first-order ladder."""
 
 
 def model(factor: float) -> BendingTest:
-    """Return the calibration stalk on a mesh that much finer in all directions."""
+    """Return the calibration stalk's test on a mesh refined by a factor in all directions."""
     mesh = {
         "angular_elements": 2 * round(16 * factor),
         "wall_elements": round(5 * factor),
@@ -81,7 +81,7 @@ def figure(rows: list[dict[str, Any]]) -> Figure:
 
 
 def main() -> None:
-    """Run each model in a process of its own, for its peak memory."""
+    """Run each model in a process of its own, to measure its peak memory."""
     if len(sys.argv) > 1:
         print(json.dumps(run(float(sys.argv[1]))))
         return

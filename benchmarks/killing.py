@@ -1,4 +1,4 @@
-"""Jobs that are killed and run again, for `benchmarks/reliability.py`."""
+"""Commands that are killed and run again, for `benchmarks/reliability.py`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mpi4py import MPI
 import ramiefenics as rf
 from ramiefenics.model.jit import CACHE
 
-SEED, KILLS = 20261, 15  # of each job
+SEED, KILLS = 20261, 15  # at least so many kills of each job
 
 COARSE = {
     "numerics.mesh": "ladder_q1_1",
@@ -93,13 +93,13 @@ JOBS = {
 
 
 def coarse(**changes: Any) -> rf.BendingTest:
-    """Return a test of a second."""
+    """Return a test that takes a second to simulate."""
     return rf.override(rf.ramie(14.23, 7.28, 0.67), COARSE | changes)
 
 
 @contextmanager
 def desk() -> Iterator[tuple[Path, dict[str, str]]]:
-    """Return a folder with jobs to do, and an environment whose cache has compiled forms only."""
+    """Provide a folder with jobs, and an environment whose cache holds only compiled forms."""
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         cache = place / "cache" / "ramiefenics"
@@ -114,7 +114,7 @@ def desk() -> Iterator[tuple[Path, dict[str, str]]]:
 
 
 def make_stalks(place: Path) -> None:
-    """Write a data set of three stalks with a gap."""
+    """Write a data set of three stalks with a seating gap."""
     (place / "data" / "curves").mkdir(parents=True)
     shutil.copy(place / "stalk.toml", place / "data")
     lines = ["specimen,curve,void"]
@@ -135,7 +135,7 @@ def make_stalks(place: Path) -> None:
 
 
 def kills() -> dict[str, Any]:
-    """Kill commands at random moments until they end all the same; compare what they write."""
+    """Kill commands at random moments, then run them to the end, and compare what they write."""
     rng, found = np.random.default_rng(SEED), {}
     for name, job in JOBS.items():
         with desk() as (place, environment):
@@ -155,7 +155,7 @@ def kills() -> dict[str, Any]:
                         process.wait(rng.uniform(0.5, wall))
                     except subprocess.TimeoutExpired:
                         killed += 1
-                    with suppress(ProcessLookupError):  # all of them have ended
+                    with suppress(ProcessLookupError):  # all processes have ended
                         os.killpg(process.pid, signal.SIGKILL)
                     process.wait()
                     out = place / "out"
@@ -169,7 +169,7 @@ def kills() -> dict[str, Any]:
 def tables(
     place: Path, environment: dict[str, str], job: tuple[str, ...], out: str
 ) -> dict[str, str]:
-    """Do a job; return its tables and specifications."""
+    """Run a job to its end; return its tables and specifications by name."""
     command = [sys.executable, "-m", "ramiefenics", *job, "--out", out]
     subprocess.run(command, cwd=place, env=environment, check=True, capture_output=True)
     kinds = (path for kind in ("*.csv", "*.toml") for path in sorted((place / out).glob(kind)))

@@ -1,10 +1,10 @@
-"""One page out of what the other benchmarks have recorded.
+"""Page on performance, from the records of the other benchmarks.
 
     ./run python benchmarks/performance.py
 
-Seconds. Reads `records/{convergence,felupe_front,race,ranks,growth,throughput,signatures,
-stalks}.json`
-and writes `docs/performance.md` and `docs/performance.png`.
+Takes seconds. Reads the records of `convergence`, `felupe_front`, `race`, `ranks`, `growth`,
+`throughput`, `signatures` and `stalks`, and writes `docs/performance.md` and
+`docs/performance.png`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FINEST = "ladder_q2_5"
 
 
 def read(name: str) -> Any:
-    """Return what a benchmark has recorded."""
+    """Return the record of a benchmark."""
     return read_record(name)
 
 
@@ -54,7 +54,7 @@ def front(rows: dict[str, dict[str, Any]], felupe: dict[str, dict[str, Any]]) ->
 
 
 def race(record: dict[str, Any]) -> str:
-    """Tabulate the race."""
+    """Tabulate the race against other codes."""
     rows = []
     for label, codes in record.items():
         for code, run in codes.items():
@@ -71,7 +71,7 @@ def columns(rows: Iterable[dict[str, Any]], keys: dict[str, tuple[str, str]]) ->
 
 
 def comparison() -> str:
-    """Return what is compared with finer meshes and with other codes."""
+    """Return the head of the page, and the comparisons with finer meshes and other codes."""
     return f"""# Performance
 
 Made by `./run python benchmarks/performance.py` from the records of the other benchmarks, measured
@@ -127,7 +127,7 @@ def growth() -> str:
 
 
 def stalks() -> str:
-    """Return what discoveries cost, and would cost elsewhere."""
+    """Return the section on the cost of discoveries, measured and predicted for more cores."""
     record = read("stalks")
     if not record:
         return ""
@@ -159,7 +159,7 @@ anew, round by round, and what is not simulation takes what it took. A task cost
 
 
 def scaling() -> str:
-    """Return what many runs, several parameters, two ranks and large models cost."""
+    """Return the sections on many runs, derivatives, two ranks and large models."""
     ranks, sweep = read("ranks"), read("throughput")
     return f"""## Many runs
 
@@ -191,7 +191,7 @@ The first millimetre of travel, friction on, first-order meshes, GMRES with alge
 
 
 def main() -> None:
-    """Write the page."""
+    """Write the page and its figure."""
     front(read("convergence"), read("felupe_front")).savefig(DOCS / "performance.png", dpi=200)
     (DOCS / "performance.md").write_text(comparison() + scaling())
 

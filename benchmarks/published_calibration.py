@@ -1,10 +1,10 @@
-"""What the published calibration determines: its own numbers, no simulation of ours.
+"""What the published calibration determines, from its own numbers without any simulation.
 
     ./run python benchmarks/published_calibration.py [FOLDER]
 
-Fits the published maximum forces (Table 5, seven rows of its design put right) and asks which
-parameters the target, 84.8 N with the standard error of ten specimens, fixes. Figures go to FOLDER,
-`docs` by default; the numbers are printed.
+Fits the published maximum forces (Table 5, with seven rows of its design corrected) and asks which
+parameters the target, 84.8 N with the standard error of ten specimens, determines. The figure goes
+to FOLDER, `docs` by default; the numbers are printed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CASES = {"ten specimens' mean, 1.74 N": 1.742, "a perfect measurement": 1e-6}
 
 
 def main(folder: Path) -> None:
-    """Print what is determined, and draw the optimum."""
+    """Print what the target determines, and draw the optimum."""
     warnings.simplefilter("ignore")
     repaired = reconcile(*table5())
     points, values = repaired.repairs[0], repaired.printed.responses

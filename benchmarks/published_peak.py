@@ -1,9 +1,9 @@
-"""What the published constants predict, against the published 84.5 N, and what they leave open.
+"""Peak force that the published constants predict, and what they leave open; published is 84.5 N.
 
     ./run python benchmarks/published_peak.py
 
-A quarter of an hour on two cores. Keeps every finished run in `records/published_peak.json`, and
-writes `docs/published_peak_tables.md` and the figure `docs/published_peak.png` at the end.
+Takes a quarter of an hour on two cores. Keeps every finished run in `records/published_peak.json`,
+and writes `docs/published_peak_tables.md` and the figure `docs/published_peak.png` at the end.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ramiefenics import BendingTest, SpecificationWarning, override, published_t
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 PUBLISHED_N = {"table3": 84.5, "table8-1": 96.2, "table8-2": 78.65, "table8-3": 87.4}
-"""Simulated forces of Table 3's stalk (Eq. 5 at its centre) and of Table 8's."""
+"""Published simulated peak forces of Table 3's stalk (Eq. 5 at its centre) and of Table 8's."""
 
 VALIDATION = tuple(name for name in PUBLISHED_N if name != "table3")
 
@@ -34,8 +34,10 @@ COMPARED = (
     "svk ladder_q1_1",
     "svk shorter",
 )
-"""Labels of the runs that all stalks make: default large-strain parameters, the weakest and the
-strongest that stay elliptic, and the published law on two meshes as coarse as such studies use."""
+"""Labels of the runs made for all stalks.
+
+They have the default large-strain parameters, the weakest and the strongest that stay elliptic, and
+the published law on two meshes as coarse as such studies use."""
 
 OTHERS = {
     "shear_yield_strain": (0.03, 0.1),
@@ -43,7 +45,7 @@ OTHERS = {
     "densification": (3.0, 24.0),
 }
 THICKER = "phloem 0.695 mm"
-"""As thick as Table 3's diameters leave room for; the table prints 0.67 mm."""
+"""Phloem thickness that follows from Table 3's diameters; the table prints 0.67 mm."""
 
 OLD_LAWS = ("svk", "neo_hookean")
 OLD_MESHES = {
@@ -55,7 +57,7 @@ OLD_MESHES = {
     ],
     "ladder_q1_2": ["numerics.mesh=ladder_q1_2"],
 }
-"""Meshes for the old laws; "shorter" has the elements of the first ladder step, but shorter."""
+"""Meshes for the old laws; "shorter" is the first of the ladder with shorter elements."""
 HEAD = """# Peak force of the published stalks: all runs
 
 Made by `./run python benchmarks/published_peak.py`, on the mesh `ladder_q2_3` where no other is
@@ -70,17 +72,17 @@ Rows = Mapping[str, Mapping[str, Any]]
 
 
 def everywhere(key: str, value: float) -> list[str]:
-    """Assign a large-strain parameter of both layers."""
+    """Return assignments of a large-strain parameter of both layers."""
     return [f"stalk.layers.{layer}.material.large_strain.{key}={value}" for layer in LAYERS]
 
 
 def parameters(strength: float, tangent: float) -> list[str]:
-    """Assign compressive strength and residual tangent of both layers."""
+    """Return assignments of compressive strength and residual tangent of both layers."""
     return everywhere("fibre_strength", strength) + everywhere("fibre_residual_tangent", tangent)
 
 
 def as_zx(name: str = "table3") -> list[str]:
-    """Read the printed nu_XZ as nu_ZX: nu_XZ = nu_ZX E_X / E_Z."""
+    """Return assignments that read the printed nu_XZ as nu_ZX: nu_XZ = nu_ZX E_X / E_Z."""
     assignments = []
     for layer in published_test(name).stalk.layers:
         e = layer.material.elastic
@@ -90,7 +92,7 @@ def as_zx(name: str = "table3") -> list[str]:
 
 
 def radius(value: float) -> list[str]:
-    """Assign the radius of all three cylinders."""
+    """Return assignments of the radius of all three cylinders."""
     return [f"fixture.indenter_radius_mm={value}", f"fixture.support_radius_mm={value}"]
 
 
@@ -119,7 +121,7 @@ def cases() -> dict[str, BendingTest]:
 
 
 def figure(rows: Rows) -> Figure:
-    """Draw peak force over radius and over the large-strain parameters."""
+    """Draw peak force against radius and against the large-strain parameters."""
     with mpl.rc_context(STYLE):
         drawing = Figure(figsize=(8.0, 3.6), layout="constrained")
         left, right = drawing.subplots(1, 2, sharey=True)
@@ -181,7 +183,7 @@ def section(title: str, first: str, rows: Sequence[tuple[str, Mapping[str, Any]]
 
 
 def stalks(rows: Rows) -> str:
-    """Return the tables of all stalks' forces, and of their ratios to that of Table 3's."""
+    """Return tables of the forces of all stalks, and of their ratios to that of Table 3's stalk."""
     forces = {"published": list(PUBLISHED_N.values())}
     for label in COMPARED:
         names = [label, *(f"{name} {label}" for name in VALIDATION)]
@@ -196,7 +198,7 @@ def stalks(rows: Rows) -> str:
 
 
 def main() -> None:
-    """Run what is not recorded yet, then write table and figure."""
+    """Run the cases that are not kept yet, then write the tables and the figure."""
     warnings.simplefilter("ignore", SpecificationWarning)
     rows = run_all("published_peak", cases())
     text = HEAD + stalks(rows)

@@ -1,8 +1,8 @@
-"""What the published tables say, and what they should: writes `docs/published_tables.md`.
+"""Check of the published tables' arithmetic; writes `docs/published_tables.md`.
 
     ./run python benchmarks/published_tables.py
 
-A few seconds.
+Takes a few seconds.
 """
 
 from __future__ import annotations

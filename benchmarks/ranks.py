@@ -1,8 +1,8 @@
-"""One rank against two: wall time of the calibration stalk on the fine recipe.
+"""Wall time of the calibration stalk on the fine recipe, on one rank and on two.
 
     ./run python benchmarks/ranks.py
 
-Five minutes on two idle cores. Writes `records/ranks.json`.
+Takes five minutes on two idle cores. Writes `records/ranks.json`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if result.snapshots:
 
 
 def run(ranks: int) -> tuple[float, float]:
-    """Return wall time and largest force."""
+    """Return wall time, s, and largest force, N, on some ranks."""
     command = ["mpirun", "-n", str(ranks), sys.executable, "-c", PROGRAM]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
@@ -34,7 +34,7 @@ def run(ranks: int) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Run in turn, and write medians."""
+    """Run on one rank and on two in turn, and record the medians."""
     runs = [(run(1), run(2)) for _ in range(PAIRS)]
     one, two = (statistics.median(pair[i][0] for pair in runs) for i in (0, 1))
     summary = {

@@ -1,9 +1,10 @@
-"""Errors of the mesh recipes on specimens of three sizes, against a finer mesh of each.
+"""Errors of the mesh recipes on four specimens of different size, against a finer mesh of each.
 
     ./run python benchmarks/recipes.py
 
-An hour on two cores. Keeps every finished run, and all in `records/recipes.json`; writes the
-table in `meshes/README.md`, and `meshes/errors.csv`, by which a result tells its mesh's error.
+Takes an hour on two cores. Keeps every finished run, and records all in `records/recipes.json`.
+Writes the table in `meshes/README.md`, and `meshes/errors.csv`, from which a result reports the
+error of its mesh.
 """
 
 from __future__ import annotations
@@ -41,14 +42,14 @@ SHARES = (2, 4, 8, 14)
 
 @dataclass(frozen=True)
 class Specimen:
-    """What is bent.
+    """A specimen and its test.
 
     Attributes
     ----------
     words
-        For the table.
+        Description in the table.
     test
-        With the whole travel.
+        Specification with the whole travel.
     """
 
     words: str
@@ -90,11 +91,11 @@ SPECIMENS = {
 
 
 def cases() -> dict[str, BendingTest]:
-    """Return every specimen on every recipe, and on a finer mesh, by label."""
+    """Return the tests of every specimen on every recipe and on a finer mesh, by label."""
     found = {}
     for name, specimen in SPECIMENS.items():
         travel = specimen.test.protocol.travel_mm
-        test = override(  # steps whose error is far below the meshes'
+        test = override(  # steps whose error is far below that of the meshes
             specimen.test,
             [
                 "numerics.acoustic_check=false",
@@ -110,7 +111,7 @@ def cases() -> dict[str, BendingTest]:
 
 
 def run(test: BendingTest) -> dict[str, Any]:
-    """Simulate one, and return what the table needs."""
+    """Simulate a test, and return what the table needs."""
     from mpi4py import MPI
 
     warnings.simplefilter("ignore", SpecificationWarning)
@@ -129,7 +130,7 @@ def run(test: BendingTest) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run what is not recorded yet, then write table and file."""
+    """Run the cases that are not kept yet, then write the table and the file of errors."""
     warnings.simplefilter("ignore", SpecificationWarning)
     tests = cases()
     rows = run_all("recipes", dict(reversed(tests.items())), run)  # the longest first

@@ -1,4 +1,4 @@
-"""Many simulations, each kept by its content, so that an interrupted study resumes."""
+"""Runs of many simulations, each kept under a key of its content so that studies can resume."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WORKERS = 2
 
 
 def run(test: BendingTest) -> dict[str, Any]:
-    """Simulate, and return what the tables need."""
+    """Simulate a test, and return what the tables need."""
     from mpi4py import MPI
 
     warnings.simplefilter("ignore", SpecificationWarning)
@@ -65,13 +65,13 @@ def row(result: BendingResult, cpu_s: float) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Case:
-    """The task to do some work on a test, a function of a module, and to keep its row."""
+    """Task that applies `work`, a function of a module, to a test, and keeps the resulting row."""
 
     test: BendingTest
     work: Callable[[BendingTest], dict[str, Any]]
 
     def keys(self) -> tuple[str, ...]:
-        """Return the name under which it is kept."""
+        """Return the key under which the row is kept."""
         content = [to_dict(self.test), self.work.__name__]
         return (key_of(content, __file__, inspect.getfile(self.work)),)
 
@@ -80,7 +80,7 @@ class Case:
         return json.dumps(self.work(self.test))
 
     def read(self, text: str) -> dict[str, Any]:
-        """Return the row."""
+        """Return the row that a text holds."""
         return dict(json.loads(text))
 
 
@@ -89,14 +89,14 @@ def run_all(
     cases: Mapping[str, BendingTest],
     work: Callable[[BendingTest], dict[str, Any]] = run,
 ) -> dict[str, dict[str, Any]]:
-    """Simulate what has not been simulated by this version, and record it in `NAME.json`.
+    """Simulate the cases that this version has not simulated yet, and record all in `NAME.json`.
 
     Parameters
     ----------
     name, cases
-        Of the file in `RECORDS`, whose other rows stay; tests by label.
+        Name of the file in `RECORDS`, whose other rows stay; tests by label.
     work
-        Simulates one; a function of a module.
+        Function of a module that simulates a test and returns its row.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def run_all(
 
 
 def read_record(name: str) -> dict[str, Any]:
-    """Return what `NAME.json` in `RECORDS` holds, if it is there."""
+    """Return the content of `NAME.json` in `RECORDS`, empty if there is no such file."""
     path = RECORDS / f"{name}.json"
     return dict(json.loads(path.read_text())) if path.exists() else {}
 

@@ -1,8 +1,8 @@
-"""What the program does with what nobody should do to it.
+"""Behaviour on bad input, damaged files, killed commands and extreme specifications.
 
     ./run python benchmarks/reliability.py [inputs flips kills extremes ranks memory]
 
-An hour on two cores for all of it. Records each part in `records/reliability.json`, and writes
+All parts take an hour on two cores. Records each part in `records/reliability.json`, and writes
 `docs/reliability.md`. Bad inputs are made by `benchmarks/attacks.py`.
 """
 
@@ -75,11 +75,11 @@ force = simulate("stalk.toml", comm=MPI.COMM_WORLD).curve["force_N"].to_numpy()
 if MPI.COMM_WORLD.rank == 0:
     np.save(sys.argv[1], force)
 """
-"""Saves the forces with all digits; the tables of a result have eight."""
+"""Program that saves the forces with all digits; the tables of a result have eight."""
 
 
 def inputs() -> dict[str, Any]:
-    """Attack whatever reads."""
+    """Give bad input to everything that reads files, and count the outcomes."""
     warnings.simplefilter("ignore")
     attacked, test = targets(), rf.ramie(14.2, 7.3, 0.67)
     rows: dict[str, Counter[str]] = {}
@@ -103,7 +103,7 @@ def inputs() -> dict[str, Any]:
 
 
 def judged(run: Callable[[], str]) -> tuple[str, str]:
-    """Return how reading ended, and why."""
+    """Return how reading an input ended, and why."""
 
     def late(*_: object) -> None:
         raise TimeoutError
@@ -126,7 +126,7 @@ def judged(run: Callable[[], str]) -> tuple[str, str]:
 
 
 def flips() -> dict[str, Any]:
-    """Flip bits of what is kept, and count what is used as if it were true."""
+    """Flip bits of kept files, and count how often a damaged file is used as if it were sound."""
     warnings.simplefilter("ignore")
     rng = np.random.default_rng(SEED)
     used = {"finished runs": 0, "bends in progress": 0, "compiled code": 0}
@@ -165,7 +165,7 @@ def flips() -> dict[str, Any]:
 
 
 def compiled() -> list[Path]:
-    """Return one compiled form, and one kernel."""
+    """Return the paths of one compiled form and one kernel."""
     return [next(CACHE.glob("*/*.so")), next(FOLDER.glob("*.so"))]
 
 
@@ -176,7 +176,7 @@ def flipped(content: bytes, rng: np.random.Generator) -> bytes:
 
 
 def extremes() -> dict[str, Any]:
-    """Bend what nobody would bend."""
+    """Bend stalks of extreme specifications, and return how each run ends."""
     rows = []
     for change in [part.strip() for part in EXTREMES.replace("\n", ";").split(";") if part.strip()]:
         with tempfile.TemporaryDirectory() as name:
@@ -205,7 +205,7 @@ def extremes() -> dict[str, Any]:
 
 
 def ranks() -> dict[str, float]:
-    """Compare the force on two, three and four ranks with that on one."""
+    """Return the largest difference of the force on several ranks from that on one, by number."""
     with desk() as (place, environment):
         rf.write_test(
             coarse(**{"numerics.stepping.relative_tolerance": 1e-9}), place / "stalk.toml"
@@ -221,7 +221,7 @@ def ranks() -> dict[str, float]:
 
 
 def memory() -> dict[str, float]:
-    """Simulate many stalks in one process, and look at its memory."""
+    """Simulate many stalks in one process, and return its peak memory early and at the end, MB."""
     warnings.simplefilter("ignore")
     rng, used = np.random.default_rng(SEED), {}
     for number in range(1, RUNS + 1):
@@ -311,7 +311,7 @@ def page(record: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Run what is asked for, and write the page."""
+    """Run the parts that are asked for, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
     record = read_record("reliability")

@@ -1,9 +1,9 @@
-"""Sweep over stalks, fixtures and effects: every run reaches its end, or a physical one.
+"""Sweep over stalks, fixtures and effects: every run completes, or ends for a physical reason.
 
     ./run python benchmarks/robustness.py
 
-264 runs on `ladder_q2_3`, two at a time, an hour. Keeps every finished run, records them in
-`records/robustness.json`, and writes `docs/robustness.md` at the end.
+The 264 runs on `ladder_q2_3`, two at a time, take an hour. Keeps every finished run, records them
+in `records/robustness.json`, and writes `docs/robustness.md` at the end.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FRICTION = (0.0, 0.12, 0.59)
 NU_XY = (0.2, 0.3, 0.4)
 
 COVARIATES = ["stalk.position_mm=500", "stalk.moisture=0.1"]
-"""Of the stalks with effects, from which those that tell specimens apart count."""
+"""Covariates of the stalks with effects; effects that distinguish specimens depend on them."""
 
 HEAD = """# Robustness
 
@@ -80,7 +80,7 @@ def amplitude(effect: Effect) -> float:
 
 
 def summary(runs: pd.DataFrame) -> list[str]:
-    """Sum up the runs of one stalk and radius."""
+    """Return a summary of some runs as cells of a table."""
     ends = ", ".join(f"{n} {kind}" for kind, n in runs["ending"].value_counts().items())
     void = runs["min_void_height_mm"].min()
     lost = runs["ellipticity_lost_at_mm"].dropna()
@@ -97,7 +97,7 @@ def summary(runs: pd.DataFrame) -> list[str]:
 
 
 def main() -> None:
-    """Run what is not kept yet, then write the tables, one after the other."""
+    """Run the cases that are not kept yet; write the page after each of its two parts."""
     warnings.simplefilter("ignore", SpecificationWarning)
     head = ["endings", "max force (N)", "Newton iterations", "cut-backs"]
     head += ["jumps", "least void (mm)", "least acoustic eigenvalue (MPa)", "ellipticity lost"]

@@ -1,10 +1,10 @@
-"""What bent roots of maize have that their simulation lacks, genotype by genotype.
+"""Discovery of what simulations of bent maize roots lack, genotype by genotype.
 
     ./run python benchmarks/roots.py FOLDER [--roots 12] [--genotype A632]
 
 FOLDER has the measured roots of Hostetler, Erndwein and others 2022 (Annals of Botany, doi
-10.1093/aob/mcac029): `specimens.csv` and `curves`. Ten minutes for each genotype on two cores;
-results in `results/roots-GENOTYPE`, what was said of them in `records/roots.json`.
+10.1093/aob/mcac029): `specimens.csv` and `curves`. Takes ten minutes for each genotype on two
+cores. Results go to `results/roots-GENOTYPE`, the verdicts to `records/roots.json`.
 """
 
 from __future__ import annotations
@@ -54,11 +54,14 @@ to_mm = {TO_MM}
 [seating]
 zero = "toe"
 """
-"""Lying on their wider side, for want of a record which diameter faced the nose."""
+"""Layout of the data set.
+
+The roots are assumed to lie on their wider side, because it was not recorded which diameter faced
+the indenter."""
 
 
 def chosen(folder: Path, genotype: str, number: int) -> pd.DataFrame:
-    """Return roots of a genotype whose test was called good and goes on, from all plants alike."""
+    """Return roots whose test was rated good and goes far enough, evenly from all plants."""
     table = pd.read_csv(folder / "specimens.csv")
     table["curve"] = [str((folder / path).resolve()) for path in table["curve"]]
     ends = [pd.read_csv(path)["displacement_mm"].max() for path in table["curve"]]
@@ -71,7 +74,7 @@ def chosen(folder: Path, genotype: str, number: int) -> pd.DataFrame:
 
 
 def write_dataset(table: pd.DataFrame, genotype: str, folder: Path) -> None:
-    """Write a folder of measured roots."""
+    """Write a data-set folder of measured roots."""
     folder.mkdir(parents=True)
     table.to_csv(folder / "specimens.csv", index=False)
     (folder / "root.toml").write_text(BASELINE)
@@ -79,7 +82,7 @@ def write_dataset(table: pd.DataFrame, genotype: str, folder: Path) -> None:
 
 
 def run(folder: Path, genotype: str, number: int) -> dict[str, Any]:
-    """Have the roots of a genotype explained by a process of its own."""
+    """Run `ramiefenics discover` on the roots of a genotype, and return its verdict."""
     out = Path("results") / f"roots-{genotype}"
     with tempfile.TemporaryDirectory() as name:
         data = Path(name) / "data"
@@ -96,7 +99,7 @@ def run(folder: Path, genotype: str, number: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run what is not recorded yet."""
+    """Run the genotypes that are not recorded yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--roots", type=int, default=12, help="of each genotype, at most")

@@ -1,8 +1,8 @@
-"""Cost of the force curve's derivatives by eight parameters, over that of one simulation.
+"""Cost of the force curve's derivatives by eight parameters, compared with one simulation.
 
     OMP_NUM_THREADS=1 ./run python benchmarks/signatures.py
 
-Two minutes. Writes `records/signatures.json`.
+Takes two minutes. Writes `records/signatures.json`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ KEYS = {
 
 
 def relative(key: str, middle: float) -> Parameter:
-    """Return a parameter that changes a value by a share of it."""
+    """Return a parameter that changes a value by a share of its middle."""
 
     def change(test: BendingTest, amount: float) -> BendingTest:
         return override(test, [f"{key}={middle * (1 + amount)!r}"])
@@ -35,7 +35,7 @@ def relative(key: str, middle: float) -> Parameter:
 
 
 def main() -> None:
-    """Time both on two recipes."""
+    """Time a simulation without and with derivatives on two recipes."""
     summary = {}
     for mesh in ("screening", "standard"):
         settings = [f"numerics.mesh={mesh}", "numerics.acoustic_check=false"]

@@ -1,12 +1,14 @@
-"""What a discovery costs, over the number of stalks.
+"""Cost of a discovery against the number of stalks.
 
     ./run python benchmarks/stalks.py [--stalks 8 25 80 200 400]
 
-An hour on two cores. Keeps finished cases in `records/stalks.json`, with the seconds of every
-simulation, round by round, and writes `docs/stalks.png`; `benchmarks/performance.py` tells of it.
+Takes an hour on two cores. Keeps finished cases in `records/stalks.json`, with the duration of
+every simulation by round, and writes `docs/stalks.png`; `benchmarks/performance.py` reports the
+results.
 
-The forces are those of the fine mesh of `ramiefenics.discovery.synthetic`: a few stalks are
-simulated on it, the others on the recipe `screening`, and multiplied by the mean ratio of both.
+The forces correspond to the fine mesh of `ramiefenics.discovery.synthetic`. A few stalks are
+simulated on it and all on the recipe `screening`, whose forces are multiplied by the mean ratio of
+the two meshes.
 """
 
 from __future__ import annotations
@@ -52,23 +54,23 @@ SIX = (
     "stiffness_gradient",
 )
 TRIED = {"24 suspects": tuple(SUSPECTS), "six suspects": SIX}
-MOST_WITH_SIX = 25  # stalks; beyond, nearly all time goes into confirming, whatever the suspects
+MOST_WITH_SIX = 25  # stalks; with more, confirming takes nearly all time, whatever the suspects
 
 
 class OnFineMesh:
-    """Simulates a few stalks on their own mesh, and the others nearly so.
+    """Stand-in for `Runs` that scales coarse curves to the fine mesh of a few of the stalks.
 
     Attributes
     ----------
     asked
-        Tasks so far.
+        Number of tasks so far.
     """
 
     def __init__(self, runs: Runs) -> None:
         self._runs, self.asked = runs, 0
 
     def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        """Return curves on a coarse mesh, times the mean ratio of those on a fine one to them."""
+        """Return curves on a coarse mesh, multiplied by the mean ratio of fine to coarse forces."""
         self.asked += len(tasks)
         coarse = mesh_recipe("screening")
         curves = simulated(self._runs, [CurveTask(on_mesh(task.test, coarse)) for task in tasks])
@@ -86,12 +88,13 @@ def force(curves: Sequence[pd.DataFrame], at: Array) -> Array:
 
 
 class Timed(Executor):
-    """An executor that notes what each task takes.
+    """Executor that records how long each task takes.
 
     Attributes
     ----------
     rounds
-        Seconds of the tasks; those of a round were submitted while others of it were left.
+        Durations of the tasks, s, by round. A new round begins when a task is submitted while no
+        other is left.
     """
 
     def __init__(self, pool: Executor) -> None:
@@ -99,7 +102,7 @@ class Timed(Executor):
         self.rounds: list[list[float]] = []
 
     def submit(self, function: Callable[..., Any], /, *args: Any) -> Future[Any]:
-        """Do a task."""
+        """Submit a task."""
         if self._left == 0:
             self.rounds.append([])
         self._left += 1
@@ -119,19 +122,19 @@ class Timed(Executor):
 
 
 def timed(function: Callable[..., Any], *args: Any) -> tuple[float, Any]:
-    """Return the seconds that a call takes, and its result."""
+    """Return the duration of a call, s, and its result."""
     start = time.perf_counter()
     result = function(*args)
     return time.perf_counter() - start, result
 
 
 def echo(task: CurveTask, text: str) -> str:
-    """Return what a simulation of a task would send back."""
+    """Return a text of the length that a simulation of the task would send back."""
     return text
 
 
 def transport() -> dict[str, float]:
-    """Return the seconds that a task costs besides its work, on two workers."""
+    """Return the time that a task takes in addition to its work, s, on two workers."""
     task, text, number = CurveTask(ramie(14.2, 7.3, 0.67)), "x" * 30_000, 400
     with (
         LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
@@ -140,7 +143,7 @@ def transport() -> dict[str, float]:
     ):
         found = {}
         for name, pool in (("processes", local), ("Dask", dask)):
-            wait([pool.submit(echo, task, text) for _ in range(20)])  # they have imported it all
+            wait([pool.submit(echo, task, text) for _ in range(20)])  # so that imports are done
             start = time.perf_counter()
             wait([pool.submit(echo, task, text + str(n)) for n in range(number)])
             found[name] = (time.perf_counter() - start) / number
@@ -148,10 +151,10 @@ def transport() -> dict[str, float]:
 
 
 def predicted_s(row: dict[str, Any], cores: int, transport_s: float) -> float:
-    """Return what a discovery would take on so many cores.
+    """Return the wall time that a discovery would take on some number of cores, s.
 
-    What is not simulation takes what it took. Tasks of a round go to whichever core is free first,
-    one after the other through the process that leads, each when it has been sent.
+    Whatever is not simulation takes as long as measured. The leading process sends the tasks of a
+    round one after the other, each to whichever core is free first.
     """
 
     def makespan(seconds: list[float], cores: int, transport_s: float) -> float:
@@ -167,7 +170,7 @@ def predicted_s(row: dict[str, Any], cores: int, transport_s: float) -> float:
 
 
 def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
-    """Discover with the first so many stalks of a data set, nothing kept from before."""
+    """Run a discovery on the first stalks of a data set, without results from earlier runs."""
     whole = pd.read_csv(folder / "specimens.csv")
     try:
         whole.head(number).to_csv(folder / "specimens.csv", index=False)
@@ -193,7 +196,7 @@ def run(folder: Path, number: int, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def picture(record: dict[str, dict[str, Any]]) -> Figure:
-    """Draw time and simulations over the number of stalks."""
+    """Draw time and simulations against the number of stalks."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 3.2), layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -213,7 +216,7 @@ def picture(record: dict[str, dict[str, Any]]) -> Figure:
 
 
 def main() -> None:
-    """Run what is not recorded yet."""
+    """Run the cases that are not recorded yet, then draw the figure."""
     warnings.simplefilter("ignore", SpecificationWarning)
     os.environ["OMP_NUM_THREADS"] = "1"  # for the workers: one core each
     parser = argparse.ArgumentParser(description=__doc__)

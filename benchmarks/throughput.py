@@ -2,7 +2,7 @@
 
     ./run python benchmarks/throughput.py
 
-Five minutes on two cores. Writes `records/throughput.json`.
+Takes five minutes on two cores. Writes `records/throughput.json`.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ SPREAD = {
     "stalk.layers.phloem.material.elastic.E_Z_MPa": 1919.08,
     "stalk.layers.phloem.material.elastic.G_XZ_MPa": 33.8,
 }
-"""What varies, and its middle: by 1 % for lengths, by 20 % for moduli, either way."""
+"""Middle of each varied value; lengths vary by 1 % and moduli by 20 % in either direction."""
 
 
 def specifications() -> list[BendingTest]:
-    """Return the tests, a Latin hypercube."""
+    """Return the tests, a Latin hypercube of the varied values."""
     base = override(
         published_test("table3"), ["numerics.mesh=screening", "numerics.acoustic_check=false"]
     )
@@ -47,7 +47,7 @@ def specifications() -> list[BendingTest]:
 
 
 def run(test: BendingTest) -> tuple[float, float]:
-    """Return a run's largest force and CPU time."""
+    """Return a run's largest force, N, and CPU time, s."""
     from mpi4py import MPI
 
     start = time.process_time()
@@ -56,7 +56,7 @@ def run(test: BendingTest) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Run all, and write what it took."""
+    """Run all tests, and record the cost."""
     os.environ["OMP_NUM_THREADS"] = "1"  # for the workers: one core each
     start = time.perf_counter()
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:

@@ -1,14 +1,14 @@
-"""Plant stalks bent on a computer, with FEniCSx.
+"""Simulation of bending tests on plant stalks, with FEniCSx.
 
-A `BendingTest` says what is bent and how; `simulate` bends it; `write_folder` keeps what came out.
-What the package offers is listed in ``__init__.pyi`` and imported when it is first used (Scientific
-Python's SPEC 1), as Matplotlib, PyVista and the solver take their time.
+A `BendingTest` describes the stalk and the test; `simulate` runs it; `write_folder` saves the
+result. The public names are listed in ``__init__.pyi`` and imported on first use (Scientific
+Python's SPEC 1), because Matplotlib, PyVista and the solver take time to import.
 """
 
 __version__ = "0.1.0"
 
 import lazy_loader
 
-from ramiefenics import _start  # noqa: F401  first
+from ramiefenics import _start  # noqa: F401  before everything else
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

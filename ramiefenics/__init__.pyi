@@ -1,4 +1,4 @@
-"""What the package offers: each name is imported from its module when it is first used."""
+"""Public names of the package; each is imported from its module on first use."""
 
 __version__: str
 

@@ -1,4 +1,7 @@
-"""Starts MPI, PETSc and FEniCSx, and leaves Python as the user had it; imported before all else."""
+"""Start of MPI, PETSc and FEniCSx that leaves the user's Python settings unchanged.
+
+Imported before all other modules of the package.
+"""
 
 import logging
 import warnings
@@ -8,23 +11,23 @@ from mpi4py import MPI  # noqa: F401  before PETSc, which would start it without
 
 
 def _start() -> None:
-    # With its signal handlers PETSc ends the process where Python raises an exception: when the
-    # other end of a socket or a pipe is closed. Where PETSc has been started before, by the user,
-    # this does nothing.
+    # PETSc's signal handlers would end the process where Python raises an exception, for example
+    # when the other end of a socket or a pipe is closed. If the user has already started PETSc,
+    # this call does nothing.
     petsc4py.init(["ramiefenics", "-no_signal_handler"])
     from petsc4py import PETSc
 
-    # PETSc's vectors are not to be summed by BLAS's matrix-vector products, whose rounding depends
-    # on where in memory the numbers happen to be: the same run would differ from time to time.
+    # Keep PETSc from combining vectors by BLAS matrix-vector products, whose rounding depends on
+    # where in memory the numbers happen to be: repeated runs would differ.
     options = PETSc.Options()
     for name in ("vec_mdot_use_gemv", "vec_maxpy_use_gemv"):
         options[name] = False
-        options.getBool(name)  # else PETSc complains at the end of a process that made no vector
+        options.getBool(name)  # or PETSc would warn of unused options in a process without vectors
     shown_by = warnings.showwarning
     import ffcx  # noqa: F401
 
     if warnings.showwarning is not shown_by:
-        # FFCx hands all of Python's warnings to the logging module, which shows them to nobody
+        # FFCx redirects all Python warnings to the logging module, which does not show them
         logging.captureWarnings(False)
 
 

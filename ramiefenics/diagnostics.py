@@ -1,8 +1,8 @@
-"""What the package logs, shown on standard error.
+"""Display of the package's log on standard error.
 
-All modules log below the logger ``ramiefenics``, by Python's `logging`: steps, cut-backs and kept
-results at its level INFO, residuals of every iteration at DEBUG. Nothing is shown, and nothing of
-the user's logging changed, until `show_log` or the user's own set-up asks for it.
+All modules log to children of the logger ``ramiefenics`` of Python's `logging`: steps, cut-backs
+and stored results at level INFO, the residual of every iteration at DEBUG. Nothing is shown, and
+the user's logging is not changed, until `show_log` is called or the user configures logging.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ LOG = logging.getLogger("ramiefenics")
 
 
 class _ToStandardError(logging.Handler):
-    """Writes to standard error as it is at that moment, progress bars or not."""
+    """Handler that writes to the current standard error, which a progress bar may have replaced."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one line, and the traceback if there is one."""
@@ -22,12 +22,12 @@ class _ToStandardError(logging.Handler):
 
 
 def show_log(level: int) -> None:
-    """Show what the package logs from a level on; with `logging.NOTSET` leave all as it is.
+    """Show the package's log messages from a level upwards; `logging.NOTSET` changes nothing.
 
     Parameters
     ----------
     level
-        As `logging` has it: ``logging.INFO``, ``logging.DEBUG``.
+        Level of `logging`, such as ``logging.INFO`` or ``logging.DEBUG``.
     """
     if level == logging.NOTSET:
         return

@@ -1,4 +1,4 @@
-"""Shared set-up: a coarse test, and one screening run for all that look at results."""
+"""Shared fixtures: a coarse test, and one screening run for all tests that examine results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def screening() -> BendingTest:
 
 @pytest.fixture(scope="session")
 def coarse(screening: BendingTest) -> BendingTest:
-    """As coarse as it gets, for tests of machinery: 3 mm of travel in a second or two."""
+    """The coarsest usable mesh, for tests of the program: 3 mm of travel in a second or two."""
     return override(
         screening,
         [
@@ -52,7 +52,7 @@ def coarse(screening: BendingTest) -> BendingTest:
 
 @pytest.fixture(scope="session")
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Simulate:
-    """Simulate on one rank, a test once for all that ask, in whichever of pytest's processes."""
+    """Simulate on one rank, each specification only once across all of pytest's processes."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
@@ -75,13 +75,13 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Simulate:
 
 @pytest.fixture(scope="session")
 def bent(screening: BendingTest, simulated: Simulate) -> BendingResult:
-    """The whole travel at screening resolution."""
+    """Result of the whole travel on the screening recipe."""
     return simulated(screening)
 
 
 @pytest.fixture
 def as_result() -> Callable[..., BendingResult]:
-    """Make a result of a curve that no solver computed."""
+    """Make a result from a curve that no solver computed."""
 
     def make(test: BendingTest, x: np.ndarray, force: np.ndarray) -> BendingResult:
         displacement, recorded = test.machine.recorded(x, force)

@@ -1,4 +1,4 @@
-"""What every folder of results must be, whatever the study."""
+"""Checks that every folder of results must pass, whatever the study."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ramiefenics.results.stored import read_stored
 
 
 class Page(HTMLParser):
-    """What a page says and shows, and what it asks others for."""
+    """Texts, number of table rows, and sources of pictures and links of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -35,7 +35,7 @@ def refuse(constant: str) -> None:
 
 
 def check_folder(folder: Path, summary: str = "summary.json") -> tuple[dict[str, Any], Page]:
-    """Check summary and page against each other and the pictures; return both."""
+    """Check summary, page and pictures against each other; return summary and page."""
     told = json.loads((folder / summary).read_text(), parse_constant=refuse)
     text = (folder / "report.html").read_text(encoding="utf-8")
     assert "://" not in text  # nothing to fetch; base64 may spell "http", but has no colon
@@ -50,7 +50,7 @@ def check_folder(folder: Path, summary: str = "summary.json") -> tuple[dict[str,
 
 
 def check_stored(folder: Path, told: dict[str, Any]) -> None:
-    """Check that what is read back tells the same, and that figures are there as vectors."""
+    """Check that a folder reads back with the same summary, and has figures as vectors."""
     stored = read_stored(folder)
     assert stored.summary() == told
     assert stored.title in repr(stored)
@@ -59,11 +59,11 @@ def check_stored(folder: Path, told: dict[str, Any]) -> None:
     for name, picture in stored.figures().items():
         assert picture.draw().ndim == 3
         vectors = {path.suffix for path in (folder / "figures").glob(f"{name}.*")}
-        assert vectors in ({".pdf", ".svg"}, set())  # pixels have none
+        assert vectors in ({".pdf", ".svg"}, set())  # pictures made of pixels have none
 
 
 def check_print(found: Result, *numbers: str) -> None:
-    """Check that a result prints the same, and the numbers, to a terminal and in a notebook."""
+    """Check that a result prints its findings and the numbers to a terminal and in a notebook."""
     printed, page = repr(found), Page(found._repr_html_())
     assert printed == str(found)
     for text in found.findings():

@@ -1,4 +1,4 @@
-"""A closed formula that stands in for the simulation of stalks."""
+"""A closed-form model that stands in for the simulation of stalks."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ PARTS_N = {
     ("phloem", "E_Z_MPa"): 40.0 * np.tanh(AT_MM / 8.0),
     ("phloem", "E_X_MPa"): 25.0 * AT_MM / (AT_MM + 4.0),
 }
-"""What the moduli of a stalk like the published ones bear."""
+"""Contribution of each modulus to the force, for a stalk like the published ones, N."""
 
 MESH_ERROR, ORDER = 0.08, 2.0
-"""Of the force at 14 mm where cells are 6 mm long, as in the recipe `screening`; of convergence."""
+"""Relative error of the force at 14 mm on 6 mm cells, as in `screening`; order of convergence."""
 
 
 class Formula:
-    """Stands in for `Runs`."""
+    """Stand-in for `Runs` that evaluates the formula."""
 
     asked = 0
 
@@ -49,17 +49,17 @@ class Formula:
 
 
 STRAIN = 0.1 * AT_MM / 14.0
-"""Of the fibres that are pulled most; those that are pressed have as much."""
+"""Largest tensile strain of the fibres along the travel; the compressive one is as large."""
 
 LOSS = 0.4 * (AT_MM / 14.0) ** 0.5
-"""Of the section's area, which is crushed early."""
+"""Loss of the section's area along the travel; most of the crushing happens early."""
 
 FIBRE_N, SECTION_N = 1000.0, 200.0
-"""What fibres whose stress is k bear, and a section whose stress is 2 mu + lambda."""
+"""Force of fibres whose stress is k, and of a section whose stress is 2 mu + lambda."""
 
 
 def learned_N(test: rf.BendingTest) -> np.ndarray:
-    """Return what tangents add that are given at knots, linear in between: the law `free_form`."""
+    """Return the force added by the law `free_form`, whose tangents are linear between knots."""
     own = test.stalk.layers[-1].material.law_constants
     sides = ((PULLED, STRAINS, STRAIN), (PRESSED, STRAINS, STRAIN), (CRUSHED, LOSSES, LOSS))
     sizes = (FIBRE_N, FIBRE_N / 2.0, SECTION_N)
@@ -71,11 +71,11 @@ def learned_N(test: rf.BendingTest) -> np.ndarray:
 
 
 HYSTERESIS = 0.1
-"""Share of the force that friction takes on the way back."""
+"""Share of the force that friction takes away during unloading."""
 
 
 def lost(test: rf.BendingTest) -> np.ndarray:
-    """Return the share of the force that damage takes; on the way back the largest, if it lasts."""
+    """Return the share of the force lost to damage; lasting damage does not heal in unloading."""
     damage = test.stalk.layers[-1].material.large_strain.fibre_damage
     lasts = bool(test.protocol.then) and test.law == "inelastic"
     worst = np.maximum(AT_MM, test.protocol.travel_mm) if lasts else AT_MM
@@ -83,7 +83,7 @@ def lost(test: rf.BendingTest) -> np.ndarray:
 
 
 def force_N(test: rf.BendingTest) -> np.ndarray:
-    """Bending goes with the third power of the span, crushing with the first and the radius."""
+    """Return the force; bending scales with span^-3, crushing with span^-1 and radius^0.3."""
     usual, own = (
         {layer.name: layer.material.elastic for layer in stalk.layers}
         for stalk in (rf.ramie(14.4, 7.4, 0.67).stalk, test.stalk)

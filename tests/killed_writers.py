@@ -1,10 +1,11 @@
-"""Kills processes that write a folder of results, and tells what they have left.
+"""Kill processes that write a folder of results, and report what they leave.
 
     python tests/killed_writers.py FOLDER WAY KILLS
 
-Each time two writers, who start together and never rest, are killed at random moments. WAY is how
-the file system lets them: ``exchange``, ``aside`` (without renameat2's exchange) or ``inside`` (the
-writers work in the folder). Prints how often the folder was what, as JSON.
+Each time, two writers that start together and write without pause are killed at random moments.
+WAY is how the folder can be replaced: ``exchange``, ``aside`` (without renameat2's exchange) or
+``inside`` (the folder is the writers' working directory). Prints the counts of the folder's states
+as JSON.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ found = importlib.util.find_spec("ramiefenics")
 assert found is not None
 package = types.ModuleType("ramiefenics")
 package.__path__ = list(found.submodule_search_locations or [])
-sys.modules["ramiefenics"] = package  # without what its __init__ imports, which takes a second
+sys.modules["ramiefenics"] = package  # skips the imports of its __init__, which take a second
 
 from ramiefenics.results import exchange  # noqa: E402
 from ramiefenics.results.claim import claimed  # noqa: E402
@@ -38,7 +39,7 @@ LINES = 500
 
 
 def names(number: int) -> set[str]:
-    """Files of a result; an odd one has one more."""
+    """Return the files of a result; an odd-numbered one has one more."""
     tables = {f"table_{i}.csv" for i in range(7)}
     return tables | {"fields/1.vtu", "fields/2.vtu"} | ({"odd.toml"} if number % 2 else set())
 
@@ -61,7 +62,7 @@ def write_for_ever(folder: Path, number: int, refusals: int) -> None:
 
 
 def look(folder: Path) -> str:
-    """Say what a folder is: absent, whole, part of one result, or a mix."""
+    """Return the state of a folder: absent, whole, part of one result, or a mix."""
     if not folder.exists():
         return "absent"
     there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}

@@ -1,4 +1,4 @@
-"""Slender stalks of one isotropic layer, which contact hardly indents, bent by a millimetre."""
+"""Slender stalks of one isotropic layer, hardly indented by contact, bent by a millimetre."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ YOUNG, POISSON, SPAN = 300.0, 0.3, 200.0
 def slender(
     void_mm: float, outer_mm: float, fixture: rf.Fixture, *changes: str, travel_mm: float = 1.0
 ) -> rf.BendingTest:
-    """A tube or rod, on a mesh that resolves bending and no more."""
+    """Return the test of a tube or rod, on a mesh just fine enough for bending."""
     material = rf.Material(rf.Elastic.isotropic(YOUNG, POISSON))
     stalk = rf.Stalk(240.0, void_mm, (rf.Layer("wall", outer_mm, material),))
     settings = (
@@ -29,12 +29,12 @@ def slender(
 
 
 def with_(test: rf.BendingTest, **amplitudes: float) -> rf.BendingTest:
-    """The test with shipped effects."""
+    """Return the test with shipped effects."""
     return with_effects(test, [(rf.EFFECTS[name], a) for name, a in amplitudes.items()])
 
 
 def force(test: rf.BendingTest) -> float:
-    """At the end of the travel."""
+    """Return the force at the end of the travel."""
     result = rf.simulate(test, MPI.COMM_SELF)
     assert result.completed, result.ending.reason
     return float(result.curve["force_N"].iloc[-1])

@@ -1,4 +1,4 @@
-"""What is missing and nobody is suspected of, learned inside a model that is a closed formula."""
+"""Effects that no suspect describes, learned as free functions in a closed-form model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TAPER = rf.EFFECTS["taper"]
 
 
 def learn(folder: Path) -> tuple[Learned, dict[str, float], rf.BendingTest]:
-    """Learn, whatever the verdict would be; return the first specimen's specification too."""
+    """Learn, whatever the verdict; return also the specification of the first specimen."""
     dataset = rf.read_dataset(folder)
     observed, tests = observe(dataset), [record.test for record in dataset.records]
     predictor = Predictor(tests, observed, Formula())
@@ -37,7 +37,7 @@ def learn(folder: Path) -> tuple[Learned, dict[str, float], rf.BendingTest]:
 
 
 def band(learned: Learned, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and three standard deviations: all along the function they should hold."""
+    """Return mean and three standard deviations, a band that should contain the function."""
     mean, covariance = learned.coefficients
     return basis @ mean, 3.0 * np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
 
@@ -65,7 +65,7 @@ def test_a_machine_that_beds_in_is_learned_and_named(tmp_path: Path) -> None:
 
 
 def test_a_stalk_that_is_stiffest_half_way_up_is_learned(tmp_path: Path) -> None:
-    """Moduli fall off with the square of the distance from 600 mm, by half at either end."""
+    """Moduli decrease with the square of the distance from 600 mm, by half at either end."""
 
     def apply(test: rf.BendingTest, amount: float) -> rf.BendingTest:
         far = (test.stalk.position_mm - 600.0) / 600.0
@@ -87,7 +87,7 @@ def test_a_stalk_that_is_stiffest_half_way_up_is_learned(tmp_path: Path) -> None
 
 
 def test_fibres_that_lose_their_stiffness_are_learned(tmp_path: Path) -> None:
-    """Their tangent falls by 0.3 k about a strain of 0.03, a smooth step: no shape of the law."""
+    """Their tangent drops by 0.3 k in a smooth step at a strain of 0.03, unlike any law."""
     make_dataset(tmp_path, Secret(None), 33, Formula())
     lost = -0.3 / (1.0 + np.exp(-(STRAIN - 0.03) / 0.008))
     table = pd.read_csv(tmp_path / "specimens.csv")
@@ -98,7 +98,7 @@ def test_fibres_that_lose_their_stiffness_are_learned(tmp_path: Path) -> None:
         curve.assign(force_N=curve["force_N"] + more).to_csv(tmp_path / path, index=False)
     learned, gains, _ = learn(tmp_path)
     assert max(gains, key=gains.__getitem__) == "fibre"
-    # of both sides together, as the formula has no neutral axis: pulled, and half of pressed
+    # the formula has no neutral axis: only the sum of tension and half of compression is learned
     number = len(STRAINS)
     assert [effect.name for effect in learned.place.effects[:number]] == list(PULLED)
     hats = np.array([np.interp(STRAIN, (0.0, *STRAINS), (0.0, *unit)) for unit in np.eye(number)])
@@ -109,7 +109,7 @@ def test_fibres_that_lose_their_stiffness_are_learned(tmp_path: Path) -> None:
 
 
 def test_every_coefficient_changes_its_function_only(screening: rf.BendingTest) -> None:
-    """Without coefficients specifications mean the same; the functions follow from knots."""
+    """Without coefficients a specification keeps its meaning; functions follow their knots."""
     tests = [
         rf.override(screening, [f"stalk.position_mm={height}"]) for height in (0.0, 300.0, 900.0)
     ]
@@ -122,7 +122,7 @@ def test_every_coefficient_changes_its_function_only(screening: rf.BendingTest) 
     factors = [
         height.apply(test, np.array([0.1, -0.2, 0.4])).stalk.stiffness_factor for test in tests
     ]
-    assert np.mean(factors) == pytest.approx(1.0)  # no common stiffness: that is a factor's
+    assert np.mean(factors) == pytest.approx(1.0)  # a common stiffness is left to the factors
     assert np.ptp(factors) > 0.2
     for place in found.values():
         assert place.prepared(place.prepared(tests[0])) == place.prepared(tests[0])

@@ -1,4 +1,4 @@
-"""Files and values that nobody should write: refused in a sentence, at once."""
+"""Bad files and values: each is refused at once, in one sentence."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_a_table_that_is_a_list(folder: Path) -> None:
 
 
 def test_a_mark_of_byte_order_is_read(folder: Path) -> None:
-    """Windows' Notepad writes one."""
+    """Notepad on Windows writes one."""
     path = folder / "dataset.toml"
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
     assert len(rf.read_dataset(folder).records) == 1

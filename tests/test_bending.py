@@ -1,4 +1,4 @@
-"""The bending simulation: balances, symmetry, robustness, honest failure."""
+"""The bending simulation: balance of forces and energy, symmetry, robustness, failures."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def test_indenter_works_for_what_is_stored_and_rubbed_off(bent: BendingResult) -
 
 
 def test_softer_than_the_beam_and_not_by_orders(bent: BendingResult) -> None:
-    """Crushing adds to the beam's compliance: Timoshenko's stiffness bounds the slope.
+    """Crushing adds to the beam's compliance, so Timoshenko's stiffness bounds the slope.
 
-    48 EI / L^3 with EI of the layers, and 4 G A / L shear coefficient left out.
+    It follows from 48 EI / L^3 with the layers' EI, and 4 G A / L without a shear coefficient.
     """
     stalk, span = bent.test.stalk, bent.test.fixture.span_mm
     radii = np.array(stalk.radii_mm)
@@ -69,8 +69,8 @@ def test_section_flattens_and_widens_under_the_indenter(bent: BendingResult) -> 
 def test_half_and_full_model_give_the_quarter_models_force(
     coarse: BendingTest, simulated: Simulate, domain: str, friction: float
 ) -> None:
-    """Without friction nothing but the tangent's shift holds the full stalk."""
-    # less exactly solved, another contact may do for a step on so coarse a mesh
+    """Without friction only the tangent's shift holds the full stalk in place."""
+    # with a looser tolerance, a step on so coarse a mesh may converge with another contact
     exactly = "numerics.stepping.relative_tolerance=1e-8"
     coefficients = [f"fixture.friction.{kind}={friction}" for kind in ("static", "dynamic")]
     test = override(coarse, [exactly, *coefficients])
@@ -101,7 +101,7 @@ def test_friction_stiffens_little(coarse: BendingTest, simulated: Simulate) -> N
 def test_force_hardly_feels_the_stabilisation(
     coarse: BendingTest, simulated: Simulate, stabilisation: float
 ) -> None:
-    """Nitsche's method is consistent: what gamma changes vanishes with the mesh."""
+    """Nitsche's method is consistent: the influence of gamma vanishes with the mesh size."""
     changed = override(coarse, [f"numerics.contact.stabilisation={stabilisation}"])
     usual, other = simulated(coarse), simulated(changed)
     # two elements through the wall, and a factor 50 between the extremes
@@ -121,8 +121,8 @@ def test_snapshots_are_taken_where_the_protocol_says(bent: BendingResult) -> Non
 
 
 def test_giving_up_has_a_reason_and_keeps_the_curve(coarse: BendingTest) -> None:
-    """With one iteration per solve not even dynamic relaxation gets anywhere."""
-    fine = "numerics.mesh.contact_size=0.012"  # or the cylinder is not felt at first
+    """With one iteration per solve even dynamic relaxation makes no progress."""
+    fine = "numerics.mesh.contact_size=0.012"  # or no node feels the cylinder at first
     test = override(coarse, ["numerics.stepping.max_iterations=1", fine])
     result = simulate(test, MPI.COMM_SELF)
     assert result.ending.kind == "not converged"
@@ -140,7 +140,7 @@ def test_run_ends_where_the_stalk_slips_off(coarse: BendingTest, simulated: Simu
     last = result.snapshots[-1].body
     end = np.isclose(last.points[:, 2], 50.1) & (last.points[:, 1] < 0)
     z = (last.points + last.point_data["displacement_mm"])[end, 2]
-    # the contact's middle is inside the support's axis, by the slope times its radius at most
+    # the middle of the contact is inside the support's axis by at most the slope times its radius
     assert 45.0 < z.min() < 50.0
     assert result.curve["overhang_mm"].iloc[1] > 0.0
 
@@ -164,7 +164,7 @@ def test_interrupt_keeps_what_was_done(coarse: BendingTest) -> None:
 def test_one_compilation_serves_all_specifications(
     coarse: BendingTest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Geometry and constants are data: another stalk finds every form, on whatever mesh."""
+    """Geometry and constants are data: another stalk finds all forms compiled, on any mesh."""
     test = override(coarse, ["protocol.travel_mm=0.3"])
     simulate(test, MPI.COMM_SELF)
     other = override(
@@ -178,7 +178,7 @@ def test_one_compilation_serves_all_specifications(
     )
     monkeypatch.delattr(dolfinx.jit, "ffcx_jit")
     assert simulate(other, MPI.COMM_SELF).completed
-    # and it is the compiler that is gone
+    # the compiler is indeed unavailable
     monkeypatch.setattr(jit, "_forms", {})
     with pytest.raises(AttributeError, match="ffcx_jit"):
         simulate(other, MPI.COMM_SELF)
@@ -188,9 +188,9 @@ def test_one_compilation_serves_all_specifications(
 def test_variants_of_nitsches_method_agree(
     coarse: BendingTest, simulated: Simulate, theta: int, stabilisation: float
 ) -> None:
-    """What theta changes vanishes with the mesh, as what gamma changes; 1 needs a larger gamma.
+    """The influence of theta vanishes with the mesh size, as that of gamma; 1 needs a larger gamma.
 
-    The law is one whose forms take the least time to compile.
+    The law is the one whose forms take the least time to compile.
     """
     usual = override(coarse, ["law=neo_hookean"])
     settings = [
@@ -208,20 +208,20 @@ def test_variants_of_nitsches_method_agree(
 def test_small_indenter_is_felt_and_presses_less(
     coarse: BendingTest, simulated: Simulate, radius: float
 ) -> None:
-    """On the coarsest mesh of second order, whose cells are far longer than the contact."""
+    """The mesh is the coarsest of second order, whose cells are far longer than the contact."""
     changes = ["numerics.mesh=ladder_q2_1", "protocol.travel_mm=1.0"]
     usual, small = (
         simulated(override(coarse, [*changes, f"fixture.indenter_radius_mm={r}"]))
         for r in (5.0, radius)
     )
     assert small.completed
-    # a knife's edge indents some per cent more than a cylinder
+    # a knife edge indents by a few per cent more than a cylinder
     assert 0.75 < small.max_force_N / usual.max_force_N < 1.0
     assert small.curve["penetration_mm"].max() < 0.05
 
 
 def test_unfelt_indenter_ends_the_run(coarse: BendingTest) -> None:
-    """A mesh of one's own, too coarse for the cylinder, whatever recipe the test names."""
+    """The mesh is the user's own and too coarse for the cylinder, whatever the test's recipe."""
     blunt = override(coarse, ["numerics.mesh=ladder_q2_1", "numerics.mesh.contact_size=0.09"])
     sharp = override(blunt, ["fixture.indenter_radius_mm=0.05"])
     tube = build_tube(blunt, MPI.COMM_SELF)
@@ -232,18 +232,18 @@ def test_unfelt_indenter_ends_the_run(coarse: BendingTest) -> None:
 
 
 def test_same_run_gives_the_same_bits(coarse: BendingTest) -> None:
-    """On one rank, whatever lies where in memory."""
+    """This holds on one rank, wherever things lie in memory."""
     test = override(coarse, ["protocol.travel_mm=0.5"])
     curves, kept = [], []
     for size in (0, 1001, 30003):
-        kept.append(np.empty(size))  # moves what is allocated next
+        kept.append(np.empty(size))  # shifts later allocations
         curves.append(simulate(test, MPI.COMM_SELF).curve)
     for curve in curves[1:]:
         assert curve.equals(curves[0])
 
 
 def test_rounding_does_not_choose_what_a_cylinder_may_touch() -> None:
-    """The standard recipe has cells just between indenter and support."""
+    """The standard recipe has cells exactly midway between indenter and support."""
     test = override(published_test("table3"), ["numerics.mesh=standard"])
     wider = override(test, ["stalk.layers.phloem.outer_diameter_mm=14.2301"])
     one, other = (BendingProblem(t, MPI.COMM_SELF).contact.obstacles for t in (test, wider))

@@ -1,4 +1,4 @@
-"""Layers that slip on each other and come apart: blocks, beams and stalks."""
+"""Layers that slip on each other and separate: blocks, beams and stalks."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ THICKNESS = 1e-4
 WIDE, LONG = 1.5, 2.5
 HEIGHTS, SHEAR = (2.0, 1.0), (150.0, 50.0)
 BOND = rf.Bond(0.04, 0.02, 5e-5)
-"""Softens at 0.0008 mm, and has failed at 0.005 mm."""
+"""Bond that begins to soften at 0.0008 mm, and has failed at 0.005 mm."""
 
 
 class Sandwich:
-    """Two blocks, one on the other along Y, with a film between them; no Poisson's ratio."""
+    """Two blocks stacked along Y with a film between them; Poisson's ratio is zero."""
 
     def __init__(
         self, order: int, bond: rf.Bond, z: NDArray[np.float64], heights: tuple[float, float]
@@ -67,7 +67,7 @@ def move(solid: Solid, axis: int, at: float, to: float) -> fem.DirichletBC:
 def pushed(
     order: int, bond: rf.Bond, axis: int, path: NDArray[np.float64]
 ) -> Iterator[tuple[float, float, float]]:
-    """Push the top along an axis, all points along this axis only; yield force and energies."""
+    """Push the top along an axis, with all points moving only along it; yield force, energies."""
     parts = Sandwich(order, bond, np.array([0.0, LONG]), HEIGHTS)
     solid = parts.solid
     others = []
@@ -80,7 +80,7 @@ def pushed(
     for to in path:
         ends = [move(solid, axis, 0.0, 0.0), move(solid, axis, parts.top_mm, to)]
         parts.solve([*others, *ends])
-        # the stress is the same everywhere
+        # the stress is uniform
         mean = fem.assemble_scalar(force) / sum(HEIGHTS)
         energies = [sum(x) for x in zip(solid.energies(), parts.film.energies(), strict=True)]
         yield mean, energies[0], energies[1]
@@ -90,7 +90,7 @@ def pushed(
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("axis", [0, 2])
 def test_two_blocks_and_their_bond_are_springs_in_series(order: int, axis: int) -> None:
-    """So little sheared that what is quadratic in the shear does not count."""
+    """The shear is so small that quadratic terms do not matter."""
     ((force, stored, dissipated),) = pushed(order, BOND, axis, np.array([5e-4]))
     compliance = HEIGHTS[0] / SHEAR[0] + HEIGHTS[1] / SHEAR[1] + 0.04
     assert force == pytest.approx(WIDE * LONG * 5e-4 / compliance, rel=1e-6)
@@ -102,18 +102,18 @@ def test_a_bond_softens_unloads_to_its_origin_and_dissipates_its_toughness() -> 
     blocks, area = HEIGHTS[0] / SHEAR[0] + HEIGHTS[1] / SHEAR[1], WIDE * LONG
 
     def top(slip: float) -> float:
-        """Where the top is when the bond, loaded, has slipped so far."""
+        """Return the displacement of the top at a slip of the bond under loading."""
         return slip + blocks * 0.02 * min(slip / 8e-4, (5e-3 - slip) / 4.2e-3)
 
     half = top(2.9e-3)
     path = np.array([top(8e-4), half, 0.5 * half, half, top(4e-3), 5e-3, 6e-3])
     force, stored, dissipated = np.array(list(pushed(1, BOND, 2, path))).T / area
-    left = 5e-3 / 0.04 * 1e-6  # of a stress, when it has failed
+    left = 5e-3 / 0.04 * 1e-6  # residual stress of a failed bond
     assert force == pytest.approx([0.02, 0.01, 0.005, 0.01, 0.02 * 10 / 42, 0, 0], abs=2 * left)
     shares = [0, 0.5, 0.5, 0.5, 32 / 42, 1, 1]
     assert dissipated == pytest.approx(5e-5 * np.array(shares), rel=1e-6, abs=1e-9)
     assert stored[-1] == pytest.approx(0.0, abs=5e-3 * left)
-    # that is the work of the force, which is linear between these points
+    # this equals the work of the force, which is linear between these points
     mean = (force + np.concatenate([[0.0], force[:-1]])) / 2
     assert (mean * np.diff(path, prepend=0.0)).sum() == pytest.approx(5e-5, rel=1e-4)
 
@@ -125,7 +125,7 @@ def test_layers_come_apart_under_tension_and_not_into_each_other() -> None:
     blocks = HEIGHTS[0] / young[0] + HEIGHTS[1] / young[1]
     # the law is not linear in strains of some ten-thousandths
     assert pulled == pytest.approx(WIDE * LONG * 5e-4 / (blocks + 0.04), rel=1e-3)
-    # the pressure p that goes with an overlap x: p = x / 0.04 + 1e8 x^2, x = 5e-4 - blocks p
+    # pressure p and overlap x satisfy p = x / 0.04 + 1e8 x^2 and x = 5e-4 - blocks p
     overlap = np.roots([1e8 * blocks, 25 * blocks + 1, -5e-4]).max()
     pressure = (5e-4 - overlap) / blocks
     assert overlap < 0.04 * 5e-4
@@ -145,11 +145,13 @@ def test_turned_layers_have_not_slipped() -> None:
 
 SPAN, DEPTHS = 60.0, (2.0, 1.0)
 LOAD = 1e-7
-"""Highest, N/mm: deflections are so small that slipped layers are not wedged apart as they bend."""
+"""Peak of the distributed load, N/mm.
+
+Deflections are so small that layers which slip as they bend do not wedge each other apart."""
 
 
 def deflection(compliance: float) -> float:
-    """Of a simply supported beam of two layers under a load that is a half wave of sine."""
+    """Return the deflection of a simply supported two-layer beam under a half-sine load."""
     z = np.linspace(0.0, SPAN / 2, 13)
     parts = Sandwich(2, rf.Bond(compliance, 1e3, 1e9), z, DEPTHS)
     solid = parts.solid
@@ -158,7 +160,7 @@ def deflection(compliance: float) -> float:
     side = on_planes(solid.mesh, 0, 0.0)
     bcs = [hold(solid, at, axis) for at, axis in ((middle, 2), (end, 1), (side, 0))]
     v, x = ufl.TestFunction(space), ufl.SpatialCoordinate(solid.mesh)
-    upper = ufl.conditional(ufl.gt(x[1], DEPTHS[0]), 1.0, 0.0)  # pressed onto the lower one
+    upper = ufl.conditional(ufl.gt(x[1], DEPTHS[0]), 1.0, 0.0)  # presses it onto the lower layer
     load = -LOAD * upper * ufl.cos(math.pi * x[2] / SPAN) / (WIDE * DEPTHS[1]) * v[1] * solid.dx
     parts.solve(bcs, FormTerm(-load, solid.displacement), tolerance_N=2e-3 * LOAD)
     nodes = fem.locate_dofs_topological(space, 2, middle)
@@ -167,14 +169,14 @@ def deflection(compliance: float) -> float:
 
 @pytest.mark.parametrize("compliance", [1e-4, 0.5, 100.0])
 def test_a_beam_of_two_layers_slips_as_newmark_says(compliance: float) -> None:
-    """Newmark, Siess and Viest 1951: between full and no interaction, by the load's wave length."""
+    """Newmark, Siess and Viest 1951: partial interaction, depending on the load's wave length."""
     axial = [2 * shear * WIDE * depth for shear, depth in zip(SHEAR, DEPTHS, strict=True)]
     loose = sum(ea * depth**2 / 12 for ea, depth in zip(axial, DEPTHS, strict=True))
     together = axial[0] * axial[1] / sum(axial) * (sum(DEPTHS) / 2) ** 2
     wave = (math.pi / SPAN) ** 2
     slip = wave * compliance / WIDE * axial[0] * axial[1] / sum(axial)
     stiffness = loose + together / (1.0 + slip)
-    # shear of the layers adds up to 2 % to the deflection of a beam 20 times as long as high
+    # shear in the layers adds up to 2 % to the deflection of a beam 20 times as long as high
     assert deflection(compliance) == pytest.approx(LOAD / wave**2 / stiffness, rel=0.02)
 
 
@@ -249,7 +251,7 @@ def test_two_ranks_agree_on_a_slipping_bark(coarse: rf.BendingTest) -> None:
 
 
 def test_stiffer_stalks_have_stiffer_bonds() -> None:
-    """The run that serves all stalks as stiff has the bond that goes with its moduli."""
+    """The run that serves all similar stalks has a bond scaled with its moduli."""
     test = SLIP.apply(rf.ramie(14.23, 7.28, 0.67), 0.1)
     simplest, factor = normalised(test)
     assert simplest.stalk.bond.compliance_mm_per_MPa == pytest.approx(0.1 * factor)

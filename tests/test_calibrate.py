@@ -1,4 +1,4 @@
-"""Studies: their files, their runs, and a calibration whose answer is known."""
+"""Calibration studies: files, runs, and a calibration whose answer is known."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ high = 0.4
 
 
 def forces(test: rf.BendingTest, x: np.ndarray) -> np.ndarray:
-    """A curve that a quadratic surface reproduces: stiffer by nu, and more so late by mu."""
+    """Return a curve that a quadratic surface reproduces; nu stiffens it, and mu mainly late."""
     mu = test.fixture.friction.dynamic
     nu = test.stalk.layers[-1].material.elastic.nu_XY
     return 10.0 * x * (1.0 + nu + 2.0 * nu**2) + 3.0 * mu * x**2
 
 
 class Pretended:
-    """A simulator that takes no time; counts what it is asked for, and fails where told."""
+    """A simulator that takes no time, counts requests, and fails or stops where it is told to."""
 
     def __init__(self, as_result: Callable[..., rf.BendingResult]) -> None:
         self.as_result = as_result
@@ -80,7 +80,7 @@ class Pretended:
 
 @pytest.fixture(autouse=True)
 def _short_chains(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draws are tested elsewhere."""
+    """Shorten the chains; sampling is tested elsewhere."""
     monkeypatch.setattr(posterior, "STEPS", 200)
     monkeypatch.setattr(posterior, "DISCARDED", 50)
 
@@ -109,7 +109,7 @@ def study_file(folder: Path, responses: str, **changes: str) -> Path:
 
 
 def targets(test: rf.BendingTest, error: float) -> str:
-    """Two forces of a known stalk, as the responses of a study."""
+    """Return two forces of a known stalk, as the responses of a study."""
     at = forces(test, np.array([2.0, 14.0]))
     names = ("force_2mm_N", "force_14mm_N")
     return "".join(
@@ -137,7 +137,7 @@ def test_a_known_stalk_is_found_again(
     assert [p.verdict for p in found.fit.profiles] == ["determined", "determined"]
     assert found.fit.confirmation is not None
     assert found.fit.confirmation.test == found.fit.test
-    assert sum(told) == len(pretended.asked) == 9 + 1  # three centres are one; the confirmation
+    assert sum(told) == len(pretended.asked) == 9 + 1  # the centre runs once; a confirmation
     assert found.campaign.distinct == 9
     assert len(found.runs) == 4 + 4 + 3
     again = calibrate(study, threads, tmp_path / "runs")
@@ -152,7 +152,7 @@ def test_one_number_leaves_both_parameters_open(
     one = targets(truth, 20.0).split("[[responses]]")[2]
     found = calibrate(study_file(tmp_path, f"[[responses]]{one}"), threads, tmp_path / "runs")
     assert found.fit is not None
-    # both change the force at 14 mm by about 30 N to either side of the middle
+    # each changes the force at 14 mm by about 30 N to either side of the middle
     assert [p.verdict for p in found.fit.profiles] == ["not determined", "not determined"]
     text = " ".join(found.findings())
     assert "mu is not determined by these data" in text
@@ -185,7 +185,7 @@ def test_failing_runs_are_told_and_left_out(
     assert found.fit.test.fixture.friction.dynamic == pytest.approx(0.11, abs=1e-3)
     pretended.fails = lambda test: False
     calibrate(study, threads, tmp_path / "runs")
-    # what failed is tried again, and the optimum, which that moves; all else is kept
+    # the failed runs are tried again, and so is the optimum, which they move; all else is kept
     assert len(pretended.asked) == 9 + 1 + 2
     pretended.fails = lambda test: True
     with pytest.raises(rf.SpecificationError, match="runs with force_2mm_N = 0 must be more than"):
@@ -231,7 +231,7 @@ def test_targets_may_come_from_a_data_set(
     measured = read_study(study_file(tmp_path, responses)).targets()
     assert measured is not None
     assert measured.values == pytest.approx(np.mean(tops, axis=0), rel=1e-4)
-    # most of the specimens' scatter is common to both responses: so is the error of their means
+    # most of the specimens' scatter is common to both responses, and so is their means' error
     assert measured.covariance == pytest.approx(np.cov(np.array(tops).T) / 8.0, rel=1e-3)
     found = calibrate(tmp_path / "study.toml", threads, tmp_path / "runs")
     assert found.fit is not None
@@ -241,8 +241,8 @@ def test_targets_may_come_from_a_data_set(
 def test_wishes_are_weighed_against_each_other(
     screening: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
-    # early the force rises with nu alone, late with mu too: low early and high late is nu at its
-    # least and mu at its most
+    # the early force depends mainly on nu, the late one also on mu: a low early and a high late
+    # force need the smallest nu and the largest mu
     goals = """
 [[responses]]
 name = "force_2mm_N"
@@ -272,7 +272,7 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
 
 
 def test_responses_of_a_known_curve() -> None:
-    # a parabola F = 12 x - x^2, sampled finely: top 36 at 6
+    # a parabola F = 12 x - x^2, sampled finely: its maximum is 36 at 6
     x = np.linspace(0.0, 10.0, 2001)
     curve = pd.DataFrame({"displacement_mm": x, "force_N": 12.0 * x - x**2})
     assert response("max_force_N").of(curve) == pytest.approx(36.0)
@@ -402,12 +402,12 @@ def test_folder_has_tables_figures_specification_and_report(
         assert 0.1 < np.all(pixels > 0.99, axis=2).mean() < 0.98
     screening_only = study_file(tmp_path, '[[responses]]\nname = "max_force_N"\n')
     rf.write_folder(calibrate(screening_only, threads, tmp_path / "runs"), out)
-    assert not (out / "calibrated.toml").exists()  # what is old does not stay
+    assert not (out / "calibrated.toml").exists()  # old files are removed
 
 
 @pytest.fixture(scope="module")
 def real(coarse: rf.BendingTest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of the real simulator, one second each."""
+    """A study with the real simulator, one second per run."""
     folder = tmp_path_factory.mktemp("real")
     test = rf.override(coarse, ["protocol.travel_mm=1"])
     rf.write_test(test, folder / "coarse.toml")
@@ -427,13 +427,13 @@ def test_an_interrupted_campaign_goes_on_where_it_was(real: Path, tmp_path: Path
     assert before.simulated == 1
     counts: list[int] = []
     after = run_campaign(tests, folder=tmp_path, on_done=counts.append)
-    assert after.simulated == 1  # the first is kept, the two centres are one
+    assert after.simulated == 1  # the first is kept, and the two centres are the same run
     assert counts == [1, 1]
     assert after.outcomes[1] is after.outcomes[2]
     for outcome in after.outcomes[:2]:
         direct = rf.simulate(outcome.test, MPI.COMM_SELF)
         assert outcome.result is not None
-        # to the last bit, in whatever process, kept or not
+        # to the last bit, in any process, kept or not
         assert outcome.result.curve.equals(direct.curve)
     assert before.outcomes[0].result is not None
     assert after.outcomes[0].result is not None
@@ -458,7 +458,7 @@ def test_command_calibrates_and_bend_goes_on_from_there(
     direct = rf.simulate(test, MPI.COMM_SELF)
     summary = json.loads((out / "summary.json").read_text())
     assert summary["optimum"]["simulated_max_force_N"] == pytest.approx(direct.max_force_N)
-    # the surface of a smooth response predicts the simulation to a part of the runs' range
+    # the surface of a smooth response predicts the simulation to a fraction of the runs' range
     predicted = summary["optimum"]["predicted"]["force_1mm_N"]
     assert predicted == pytest.approx(direct.max_force_N, abs=0.05 * np.ptp(runs["force_1mm_N"]))
 

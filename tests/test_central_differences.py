@@ -1,4 +1,4 @@
-"""Central differences on linear structures whose frequencies a dense eigensolver knows."""
+"""Central differences on linear structures whose frequencies a dense eigensolver provides."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ LAMBDA_MPA, MU_MPA, DENSITY = 30.0, 20.0, 1e-9
 
 
 class Elastic:
-    """An elastic box of hexahedra, by default held at X = 0, and what is known of it.
+    """An elastic box of hexahedra, by default held at X = 0, and its exact modes.
 
     Attributes
     ----------
     frequencies, modes
-        Angular, 1/s, ascending; mass-normalised, by columns, of all components, held ones zero.
+        Angular frequencies, 1/s, ascending; mass-normalised mode shapes as columns over all
+        components, zero in held ones.
     """
 
     def __init__(self, cells: tuple[int, int, int], held: bool = True) -> None:
@@ -80,8 +81,8 @@ def _at_rest(box: Elastic) -> None:
 def test_highest_frequency_is_that_of_the_dense_eigensolver(box: Elastic) -> None:
     exact = box.frequencies[-1]
     estimate = box.motion().highest_frequency()
-    # the residual is added: up to RITZ_TOLERANCE of the square too high, and no lower than exact
-    # by more than the difference quotient's rounding
+    # the residual is added: the square is at most RITZ_TOLERANCE too high, and too low only by the
+    # rounding of the difference quotient
     assert exact * (1 - 1e-4) <= estimate <= exact * (1 + RITZ_TOLERANCE / 2 + 1e-4)
 
 
@@ -91,7 +92,7 @@ def test_estimate_follows_another_mode_that_becomes_the_highest() -> None:
     before = motion.highest_frequency()
     free = np.flatnonzero(np.abs(box.modes).max(axis=1) > 0.0)
     quiet = free[np.argmin(np.abs(box.modes[free, -1]))]
-    # by Rayleigh's quotient of that component alone
+    # Rayleigh's quotient of this component alone bounds the highest frequency
     box.spring[quiet] = 4.0 * before**2 * box.mass[quiet]
     assert motion.highest_frequency() > 2.0 * before
 
@@ -99,7 +100,7 @@ def test_estimate_follows_another_mode_that_becomes_the_highest() -> None:
 @pytest.mark.parametrize("viscosity", [0.0, 0.06, 0.3])
 @pytest.mark.parametrize(("share", "stable"), [(0.995, True), (1.005, False)])
 def test_longest_step_is_sharp(box: Elastic, viscosity: float, share: float, stable: bool) -> None:
-    """Just below 2 / (w sqrt(1 + 2 b)) all stays as large as it was; just above it explodes."""
+    """Just below 2 / (w sqrt(1 + 2 b)) the motion stays bounded; just above, it blows up."""
     motion = box.motion(viscosity)
     limit = 2.0 / (box.frequencies[-1] * np.sqrt(1.0 + 2.0 * viscosity))
     assert 0.985 * limit < motion.longest_step() < 1.0001 * limit
@@ -109,13 +110,13 @@ def test_longest_step_is_sharp(box: Elastic, viscosity: float, share: float, sta
     usual = box.size()
     for _ in range(1000):
         motion.step(share * limit)
-    # near the limit the highest mode is held up to 1 / sqrt(1 - share^2) = 10 times as large
+    # near the limit the highest mode grows up to 1 / sqrt(1 - share^2) = 10 times as large
     assert (box.size() < 20.0 * usual) is stable
     assert (box.size() > 1e6 * usual) is not stable
 
 
 def test_driven_vibration_converges_with_the_square_of_the_step(box: Elastic) -> None:
-    """x'' + w^2 x = sin(W t), x(0) = 1, x'(0) = 0 in one mode; its closed solution after 3 W t."""
+    """One mode of x'' + w^2 x = w^2 sin(W t), x(0) = 1, x'(0) = 0, against its exact solution."""
     mode, w = box.modes[:, 0], box.frequencies[0]
     drive, end = 0.7 * w, 3.0 / w
     amplitude = w**2 / (w**2 - drive**2)  # of a load w^2 sin(W t)
@@ -140,7 +141,7 @@ def test_driven_vibration_converges_with_the_square_of_the_step(box: Elastic) ->
 
 
 def test_viscosity_damps_a_mode_as_it_should_and_tells_what_it_takes(box: Elastic) -> None:
-    """Amplitudes fall by exp(-b w^2 dt t / 2); what the mode loses is what the account gains."""
+    """Amplitudes decay by exp(-b w^2 dt t / 2); the energy lost is the reported damping work."""
     viscosity, number = 0.06, 400
     middle = len(box.frequencies) // 2
     mode, w = box.modes[:, middle], box.frequencies[middle]
@@ -153,13 +154,13 @@ def test_viscosity_damps_a_mode_as_it_should_and_tells_what_it_takes(box: Elasti
     share = np.exp(-viscosity * w**2 * step * number * step)  # of the energy
     assert 0.05 < share < 0.95
     left = fem.assemble_scalar(box.energy) + motion.kinetic_energy_Nmm
-    # kinetic and stored energy are taken a step apart: first order in w dt
+    # kinetic and stored energy are taken one step apart: an error of first order in w dt
     assert left / start == pytest.approx(share, abs=2.0 * w * step)
     assert motion.damping_work_Nmm / start == pytest.approx(1.0 - share, rel=0.03)
 
 
 def test_drag_damps_what_is_faster_than_its_mean(box: Elastic) -> None:
-    """Of x'' + a (x' - w) + W^2 x = 0, w' = (x' - w) / T, the slowest mode, for small a."""
+    """The slowest mode obeys x'' + a (x' - w) + W^2 x = 0, w' = (x' - w) / T, with small a."""
     mode, w = box.modes[:, 0], box.frequencies[0]
     drag, smoothing = 0.02 * w, 3.0 / w
     box.u.x.array[:] = mode
@@ -173,7 +174,7 @@ def test_drag_damps_what_is_faster_than_its_mean(box: Elastic) -> None:
     share = np.exp(-rate * number * step)
     assert 0.2 < share < 0.6
     left = fem.assemble_scalar(box.energy) + motion.kinetic_energy_Nmm
-    # of second order in a / w, besides what the energy oscillates by within a period
+    # error of second order in a / w, apart from the energy's oscillation within a period
     assert left / start == pytest.approx(share, rel=0.03)
     assert motion.damping_work_Nmm / start == pytest.approx(1.0 - share, rel=0.03)
 
@@ -186,7 +187,7 @@ def test_drag_lets_a_steady_motion_go_on() -> None:
     motion.velocity[:] = 1e3
     for _ in range(10_000):
         motion.step(1e-6)
-    # explicit: of first order in the step over the smoothing time
+    # explicit integration: error of first order in the step over the smoothing time
     assert motion.velocity == pytest.approx(1e3 / (1.0 + drag * smoothing), rel=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""Studies on a Dask cluster and on MPI ranks: the same tables, whatever dies meanwhile."""
+"""Studies on a Dask cluster and on MPI ranks: the same tables, even if workers die."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Word:
 
 
 class Elsewhere(Executor):
-    """A worker that does not see the folder of the process that asks."""
+    """A worker that does not see the folder of the process that submits."""
 
     def __init__(self, folder: Path, error: Exception | None = None) -> None:
         self._folder, self._error = folder, error
@@ -86,7 +86,7 @@ def test_a_lost_cluster_is_no_failed_simulation(tmp_path: Path) -> None:
 
 
 def test_a_notebook_shows_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One bar for all that one `Runs` does; none where all is kept."""
+    """There is one bar for all work of a `Runs`, and none if everything is kept already."""
     shown: list[str] = []
 
     class Output:
@@ -133,7 +133,7 @@ def test_what_cannot_work_is_refused(
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Results of an empty cache, but for compiled forms; the folder of finished runs."""
+    """Folder of finished runs in a cache that is empty except for compiled forms."""
     cache = tmp_path / "cache" / "ramiefenics"
     cache.mkdir(parents=True)
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -196,7 +196,7 @@ def test_dask_cluster_that_loses_a_worker(spec: Path, kept: Path, tmp_path: Path
 
 @pytest.mark.slow
 def test_mpi_ranks_that_lose_one(spec: Path, kept: Path, tmp_path: Path) -> None:
-    """MPI ends all of them then; the same command goes on."""
+    """MPI then ends all ranks; the same command, run again, continues."""
     with sweeping(spec, tmp_path / "mpi", "--pool", "mpi", ranks=3) as process:
         wait_for_one(kept, process)
         ranks = psutil.Process(process.pid).children(recursive=True)

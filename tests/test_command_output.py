@@ -1,4 +1,4 @@
-"""What commands print: text, JSON or nothing, and what `doctor` finds on this machine."""
+"""Output of commands, as text, JSON or nothing, and the findings of `doctor`."""
 
 from __future__ import annotations
 

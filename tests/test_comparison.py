@@ -1,4 +1,4 @@
-"""Measured curves beside simulated ones: what is left, told and drawn; folders read back."""
+"""Comparison of measured and simulated curves; results read back from folders."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def dataset(tmp_path: Path) -> rf.Dataset:
 def test_a_curve_is_told_from_the_simulation_by_what_it_has_less(
     dataset: rf.Dataset, as_result: Callable[..., rf.BendingResult], tmp_path: Path
 ) -> None:
-    """Simulations that are the first record, and the same with a tenth more force."""
+    """The simulations are the first record itself, and the same with a tenth more force."""
     first = dataset.records[0]
     x, force = (first.curve[name].to_numpy() for name in ("displacement_mm", "force_N"))
     given = {"same": as_result(first.test, x, force), "more": as_result(first.test, x, 1.1 * force)}

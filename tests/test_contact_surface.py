@@ -20,7 +20,7 @@ TRAVEL_MM, ASIDE_MM = 0.5, 0.1
 
 @pytest.fixture(scope="module", params=[1, 2])
 def pressed(request: pytest.FixtureRequest, coarse: BendingTest) -> BendingProblem:
-    """A stalk halfway into all its cylinders, and pulled along them, with elements of an order."""
+    """A stalk pressed halfway into all cylinders and pulled along them, for each element order."""
     order = int(request.param)
     changes = [f"numerics.mesh.order={order}", "numerics.mesh.angular_elements=8"]
     changes.append(f"numerics.mesh.serendipity={str(order == 2).lower()}")  # as in the recipes
@@ -44,7 +44,7 @@ def test_facets_sum_to_the_forces_of_contact(pressed: BendingProblem) -> None:
     force = (fields["area_mm2"][:, None] * fields["contact_traction_MPa"]).sum
     above = corners[:, :, 1].mean(axis=1) > 0.0
     indenter, support = pressed.contact.sums()
-    # the same numbers at the same points, summed in another order
+    # the same numbers at the same points, summed in a different order
     assert force(axis=0, where=above[:, None])[1] == pytest.approx(indenter.force_y_N, rel=1e-12)
     assert force(axis=0, where=~above[:, None])[1] == pytest.approx(support.force_y_N, rel=1e-12)
 
@@ -68,7 +68,7 @@ def test_facets_sum_to_the_integrals_of_the_weak_form(pressed: BendingProblem, n
 def test_codes_and_numbers_belong_to_the_facets_they_were_found_on(
     pressed: BendingProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """States that are known everywhere: touching near midspan, and slipping above."""
+    """The states are prescribed: contact near midspan, and slip in its upper part."""
     X = ufl.SpatialCoordinate(pressed.tube.mesh)
     touching = ufl.conditional(ufl.lt(X[2], 20.0), 1.0, 0.0)
     slipping = ufl.conditional(ufl.gt(X[1], 5.0), touching, 0.0)
@@ -79,7 +79,7 @@ def test_codes_and_numbers_belong_to_the_facets_they_were_found_on(
     (x, y, z), state = corners.transpose(2, 0, 1), fields["contact_state"]
     assert np.all((z.min(axis=1) < fields["gap_mm"]) & (fields["gap_mm"] < z.mean(axis=1)))
     near = z.max(axis=1) < 20.0
-    # a facet bulges out of its corners' plane by 7.1 (1 - cos(6 degrees)) = 0.04 mm at most
+    # a facet bulges by at most 7.1 (1 - cos(6 degrees)) = 0.04 mm from the plane of its corners
     above, below = near & (y.min(axis=1) > 5.0), near & (y.max(axis=1) < 4.9)
     assert above.any()
     assert below.any()
@@ -102,7 +102,7 @@ def test_stalk_pulled_along_its_cylinders_slips_by_the_pull(pressed: BendingProb
 def test_rank_without_facets_of_contact_has_none(
     pressed: BendingProblem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As one of many ranks may have the stalk's sides only."""
+    """One of many ranks may have only the sides of the stalk."""
     nothing = np.empty(0, dtype=np.int32)
     bare = tuple(dataclasses.replace(c, facets=nothing) for c in pressed.contact.obstacles)
     monkeypatch.setattr(pressed.contact, "obstacles", bare)
@@ -138,6 +138,6 @@ def test_contact_of_a_bent_stalk_bears_its_forces_on_its_cylinders(bent: Bending
         for where, name in ((above, "force_N"), (~above, "support_force_N")):
             # a quarter of the stalk; the same sum in another order
             assert 4.0 * abs(forces[where].sum()) == pytest.approx(row[name], rel=1e-10)
-        # Nitsche's method lets facets touch to a share of the cells' thickness, which is 0.7 mm
+        # Nitsche's method allows a gap of a fraction of the cells' thickness, which is 0.7 mm
         assert np.abs(fields["gap_mm"][touching]).max() < 0.03
         assert fields["gap_mm"][~touching].min() > 0.0

@@ -1,4 +1,4 @@
-"""What CONTRIBUTING.md says of a format of data, and of an effect, works to the letter."""
+"""The instructions of CONTRIBUTING.md for a data format and for an effect work as written."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def code(page: str) -> str:
 
 @pytest.fixture
 def raw(tmp_path: Path) -> Path:
-    """One press's file of a curve that reaches 84 N at 10 mm."""
+    """File of a testing machine with a curve that reaches 84 N at 10 mm."""
     rows = [f"{d / 0.01:.3f}|{f / 9.80665:.6f}" for d, f in zip(TRAVEL, FORCE, strict=True)]
     path = tmp_path / "stalk.txt"
     path.write_text("\n".join(["stroke|load", *rows]) + "\n")
@@ -51,7 +51,7 @@ def check(curve: object) -> None:
 
 
 def run(folder: Path, words: list[str]) -> None:
-    """Run the command line with the package that is in a folder, beside the user's files."""
+    """Run the command line with the package in a folder that also has the user's files."""
     environment = {**os.environ, "PYTHONPATH": str(folder)}
     command = [sys.executable, "-m", "ramiefenics", *words]
     subprocess.run(command, check=True, env=environment, cwd=folder, capture_output=True)
@@ -116,7 +116,7 @@ def test_options_that_a_format_has_not_are_refused(raw: Path) -> None:
 
 @pytest.fixture
 def effects(tmp_path: Path) -> str:
-    """What the page says of effects; its files are written."""
+    """The section of the page on effects, whose example files are written."""
     text = (ROOT / "CONTRIBUTING.md").read_text()
     page = text.partition("## Add an effect")[2].partition("\n## ")[0]
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
@@ -148,7 +148,7 @@ def test_an_effect_of_the_users_own_file_that_remembers(
     material = torn.stalk.layers[0].material
     own, sound = Point(torn.law, material), Point(coarse.law, coarse.stalk.layers[0].material)
     far, near = np.diag([1.0, 1.0, 1.04]), np.diag([1.0, 1.0, 1.01])
-    for most in (near, far):  # has been stored by then
+    for most in (near, far):  # largest stored energy so far
         assert own.remember(most) > 0.0
         left = 1 - 0.5 * (1 - math.exp(-sound.energy(most) / 0.5))
         assert own.stress(near) == pytest.approx(left * sound.stress(near), rel=1e-9)

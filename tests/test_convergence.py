@@ -37,7 +37,7 @@ def test_a_power_law_is_continued_exactly(
     assert found.behaviour == "converging"
     assert found.order == pytest.approx(order, rel=1e-8)
     assert found.limit == pytest.approx(50.0, rel=1e-10)
-    # the index is 1.25 times what is left, which is known here
+    # the index is 1.25 times the remaining error, which is known here
     assert found.gci == pytest.approx(1.25 * abs(values[0] - 50.0) / values[0], rel=1e-7)
     assert found.uncertainty == found.gci
 
@@ -65,8 +65,8 @@ def test_published_examples(
     change: float,
     gci: float,
 ) -> None:
-    # Celik et al. (2008), Table 1, in two dimensions, to the digits printed; of the oscillating
-    # example they print an order and a limit besides
+    # Celik et al. (2008), Table 1, in two dimensions, to the digits printed; for the oscillating
+    # example they also print an order and a limit
     found = rf.order_and_limit([1.0 / math.sqrt(n) for n in cells], values)
     assert found.behaviour == ("oscillating" if order is None else "converging")
     assert found.order == (order and pytest.approx(order, abs=0.005))
@@ -93,7 +93,7 @@ def test_meshes_that_agree_by_accident_get_no_index() -> None:
     assert found.behaviour == "oscillating"
     assert found.gci is None
     assert found.uncertainty == pytest.approx((95.477 - 94.868) / 2.0 / 94.895)
-    found = rf.order_and_limit((1.0, 1.2, 1.5), (94.64, 94.65, 95.36))  # the same without turning
+    found = rf.order_and_limit((1.0, 1.2, 1.5), (94.64, 94.65, 95.36))  # same without a sign change
     assert found.behaviour == "converging"
     assert found.order is not None
     assert found.order > 10.0
@@ -106,10 +106,10 @@ def test_meshes_that_agree_by_accident_get_no_index() -> None:
     "values",
     [
         (4.0, 2.0, 1.0),  # differences grow
-        (1.0, 2.0, 1.5),  # to either side
-        (3.0, 2.0, 1.0),  # stay
+        (1.0, 2.0, 1.5),  # grow with alternating sign
+        (3.0, 2.0, 1.0),  # stay the same
         (2.0, 1.0, 1.0),  # appear on the finest mesh
-        tuple(h**0.2 for h in (1.0, 2.0, 4.0)),  # shrink hardly
+        tuple(h**0.2 for h in (1.0, 2.0, 4.0)),  # hardly shrink
     ],
 )
 def test_no_order_is_made_up(values: Sequence[float]) -> None:
@@ -122,7 +122,7 @@ def test_no_order_is_made_up(values: Sequence[float]) -> None:
 
 
 def test_differences_must_shrink_by_more_than_the_meshes_ratios_ask() -> None:
-    # halved, but so is the logarithm of the ratio: the limit of vanishing order
+    # differences are halved, but so is the logarithm of the ratio: the limit of vanishing order
     assert rf.order_and_limit((1.0, 1.1, 1.1**3), (0.0, 1.0, 3.0)).behaviour == "not converging"
 
 
@@ -142,7 +142,7 @@ def test_meshes_of_the_same_size_are_refused(sizes: Sequence[float]) -> None:
 
 
 class Manufactured(SharedRuns):
-    """Runs whose curves are ``(10 + 3 h^2) x`` with h the cell size in mm, in no time."""
+    """Instant runs whose curves are ``(10 + 3 h^2) x`` with h the cell size in mm."""
 
     def __init__(self, ends_at_mm: dict[str, float]) -> None:
         self.ends_at_mm = ends_at_mm
@@ -198,7 +198,7 @@ def test_what_does_not_complete_is_told_and_the_rest_goes_on(screening: rf.Bendi
     assert not study.completed
     assert study.notes() == ["ladder_q1_4 did not complete the travel: the void has closed"]
     assert study.meshes["force_7mm_N"].isna().tolist() == [False, False, False, True]
-    # the finest three that got there
+    # from the three finest meshes that reached it
     assert study.quantities["force_7mm_N"].limit == pytest.approx(70.0)
     assert study.quantities["force_4mm_N"].limit == pytest.approx(40.0)
     # the force was still rising: its maximum is not known
@@ -213,7 +213,7 @@ def run_command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 
 
 def celik_order(cells: Sequence[int], values: Sequence[float]) -> float:
-    """Iterate the procedure's equations (3) of Celik et al. (2008); coarse to fine."""
+    """Iterate equations (3) of the procedure of Celik et al. (2008); meshes from coarse to fine."""
     r32, r21 = (cells[1] / cells[0]) ** (1 / 3), (cells[2] / cells[1]) ** (1 / 3)
     ratio = (values[0] - values[1]) / (values[1] - values[2])
     s, p = math.copysign(1.0, ratio), 1.0

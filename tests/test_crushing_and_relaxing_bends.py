@@ -1,4 +1,4 @@
-"""Bent stalks that are crushed for good, or relax: beside elastic ones of the same mesh."""
+"""Bent stalks that crush permanently or relax, compared with elastic ones on the same mesh."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ramiefenics.solve.fields import to_grid
 pytestmark = pytest.mark.slow
 
 SHARE, TIME_S = 0.4, 5.0
-"""Of the load that relaxes, and how fast, in both layers."""
+"""Share of the stress that relaxes, and relaxation time, in both layers."""
 
 
 def bend(test: BendingTest, *changes: str) -> BendingResult:
-    """Bend to the end of the path; the account of energy is checked on the way."""
+    """Bend to the end of the path, and check the energy balance."""
     result = simulate(override(test, changes), MPI.COMM_SELF)
     assert result.completed, result.ending.reason
     assert not result.jumps
@@ -34,7 +34,7 @@ def bend(test: BendingTest, *changes: str) -> BendingResult:
 
 
 def force_N(result: BendingResult, at_mm: float) -> float:
-    """Force of the loading at a travel."""
+    """Return the force at a travel during loading."""
     loading = result.loading
     return float(np.interp(at_mm, loading["displacement_mm"], loading["force_N"]))
 
@@ -70,7 +70,7 @@ def test_a_crushed_stalk_keeps_an_indentation(
     assert crushed.curve["force_N"].iloc[-1] == pytest.approx(0.0, abs=1e-3)
     assert abs(indentation(elastic)) < 0.01
     assert indentation(crushed) > 0.2
-    # it never bears more than an elastic one, and unloads below its loading
+    # it never bears more than an elastic one, and its unloading is below its loading
     travel = np.linspace(0.6, 3.0, 9)
     for at in travel:
         assert force_N(crushed, at) <= force_N(elastic, at)
@@ -86,14 +86,14 @@ def test_fields_have_where_it_is_crushed_and_how_much_that_took(crushed: Bending
     fields = body.cell_data
     area = np.log(np.linalg.det(fields["unloading"].reshape(-1, 2, 2)))
     middles = body.points[body.cells].mean(axis=1)
-    # under the indenter and over the support, and nothing opens
+    # crushed under the indenter and over the support only, and nothing expands
     assert area.min() > -1e-9
     near = (middles[:, 2] < 15.0) | (np.abs(middles[:, 2] - 50.0) < 15.0)
     assert area[near].max() > 0.1
     assert area[~near].max() < 0.1 * area.max()
     volumes = to_grid(body).compute_cell_sizes().cell_data["Volume"]
     whole = 4.0 * float(np.sum(volumes * fields["dissipated_Nmm_per_mm3"]))
-    # the middle's value for the mean over a cell
+    # the value at the middle stands for the mean over a cell
     assert whole == pytest.approx(crushed.curve["dissipated_Nmm"].iloc[-1], rel=0.05)
 
 
@@ -116,7 +116,7 @@ def viscous(stalk: BendingTest) -> BendingTest:
 
 @pytest.fixture(scope="module")
 def relaxed(stalk: BendingTest) -> BendingResult:
-    """The elastic stalk with the moduli that are left in the end."""
+    """The elastic stalk with the moduli that remain after relaxation."""
     layers = tuple(
         dataclasses.replace(layer, material=layer.material.scaled(1.0 - SHARE))
         for layer in stalk.stalk.layers
@@ -131,7 +131,7 @@ def test_fast_it_is_elastic_and_slow_it_has_the_moduli_that_are_left(
     result = bend(viscous, f"protocol.speed_mm_per_s={speed_mm_per_s}")
     expected = elastic if speed_mm_per_s > 1.0 else relaxed
     for at in (1.0, 2.0, 3.0):
-        # interpolated between steps that differ; the relaxed stalk's contact is as stiff as at once
+        # interpolated between different steps; relaxation leaves the contact's stiffness unchanged
         assert force_N(result, at) == pytest.approx(force_N(expected, at), rel=0.01)
     assert force_N(relaxed, 3.0) < 0.7 * force_N(elastic, 3.0)
 
@@ -148,10 +148,10 @@ def test_in_a_hold_it_relaxes_from_the_elastic_force_to_what_is_left(
     assert np.diff(force).max() < 0.0
     assert force[0] == pytest.approx(force_N(elastic, 3.0), rel=0.01)
     assert force[-1] == pytest.approx(force_N(relaxed, 3.0), rel=0.02)
-    # the deformation hardly changes in it, so that it decays as the stress of a point does
+    # the deformation hardly changes during the hold, so the force decays like stress at a point
     elapsed = hold["time_s"].to_numpy() - hold["time_s"].iloc[0]
     left = (force - force[-1]) / (force[0] - force[-1])
     assert left == pytest.approx(np.exp(-elapsed / TIME_S), abs=0.03)
-    # unloaded faster than it recovers, it has come off where an elastic one still presses
+    # it unloads faster than it recovers, and has lost contact where an elastic one still presses
     assert curve["force_N"].iloc[-1] < 0.1 * force_N(relaxed, 1.0)
     assert curve["dissipated_Nmm"].iloc[-1] > 0.2 * curve["indenter_work_Nmm"].max()

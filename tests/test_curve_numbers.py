@@ -1,4 +1,4 @@
-"""Noise, slope, zero, peak, energy and drop of curves that are known exactly."""
+"""Noise, slope, zero, peak, energy and drop of curves with known values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from ramiefenics.measured import initial_slope, noise, seat
 from ramiefenics.reduction import reduce_curve
 
 SLOPE, TOE, LINEAR_TO, SOFTENING = 20.0, 0.6, 4.0, 2.0
-"""N/mm; mm: the slope grows to its value over the toe, and falls to zero after the linear part."""
+"""Slope, N/mm, length of the toe, end of the linear part, and length of the softening part, mm.
+
+The slope grows to its value over the toe, and falls to zero after the linear part."""
 
 PEAK_AT, PEAK = LINEAR_TO + SOFTENING, SLOPE * (LINEAR_TO - TOE / 2 + SOFTENING / 2)
 
@@ -59,12 +61,12 @@ def test_noise_needs_three_rows() -> None:
 @pytest.mark.parametrize(("sd", "within"), [(0.0, 1e-6), (0.2, 0.01), (1.0, 0.02)])
 def test_slope_is_that_of_the_linear_part(sd: float, within: float) -> None:
     found = initial_slope(measured(sd))
-    # the window takes in some of toe and softening, which move the median only with noise
+    # the window includes some of the toe and softening, which move the median only with noise
     assert found.N_per_mm == pytest.approx(SLOPE, rel=within)
     assert found.stable
     assert 0.2 * TOE < found.from_mm < TOE + 0.2
     assert LINEAR_TO - 0.5 < found.to_mm < LINEAR_TO + 0.5 * SOFTENING
-    # a slope off by that much turns the line about the window's middle, 2.5 mm from the zero
+    # an error of the slope turns the line about the window's middle, 2.5 mm from the zero
     assert found.zero_mm == pytest.approx(TOE / 2, abs=0.01 + 2.5 * within)
 
 
@@ -75,7 +77,7 @@ def test_wild_points_do_not_carry_the_slope_away() -> None:
 
 
 def test_interval_of_the_slope_covers_the_true_one_as_often_as_it_says() -> None:
-    """A straight line with white noise; 95 % of 200, less three standard errors, is 180."""
+    """For a straight line with white noise, 95 % of 200 minus three standard errors is 180."""
     travel = np.linspace(0.0, 5.0, 300)
     covered = 0
     for seed in range(200):
@@ -91,7 +93,7 @@ def test_a_curve_without_linear_part_says_so() -> None:
     found = initial_slope(bent)
     assert not found.stable
     assert found.to_mm < 0.5  # 1 - exp(-2 d) has risen by 0.63 there
-    assert 60 < found.N_per_mm < 100  # the slope at zero, and somewhat later
+    assert 60 < found.N_per_mm < 100  # between the slope at zero and that somewhat later
 
 
 def test_peak_energy_and_drop() -> None:
@@ -102,7 +104,7 @@ def test_peak_energy_and_drop() -> None:
     to_peak = toe + linear + force * SOFTENING + SLOPE * SOFTENING**2 / 3
     assert found.peak_N == pytest.approx(PEAK)
     assert found.peak_at_mm == pytest.approx(PEAK_AT, abs=1e-3)
-    # the trapezoidal rule's error goes with the square of 0.5 um
+    # the error of the trapezoidal rule scales with the square of 0.5 um
     assert found.energy_to_peak_Nmm == pytest.approx(to_peak, rel=1e-6)
     broken = PEAK * (0.5 * (1.0 + 0.4) * 0.5 + 0.4 * 1.5)
     assert found.energy_Nmm == pytest.approx(to_peak + broken, rel=1e-6)
@@ -133,7 +135,7 @@ def test_toe_compensation_moves_zero_to_where_the_line_has_no_force() -> None:
 
 @pytest.mark.parametrize("tared", [False, True])
 def test_a_preload_counts_with_the_displacement_it_took(tared: bool) -> None:
-    """3 N of preload at 20 N/mm are 0.15 mm that the machine did not count."""
+    """A preload of 3 N at 20 N/mm takes 0.15 mm that the machine did not record."""
     travel = np.linspace(0.0, 8.0, 1600)
     force = exact(travel + TOE / 2 + LINEAR_TO / 4) - 20.0 + 3.0 * (not tared)
     curve = pd.DataFrame({"displacement_mm": travel, "force_N": force})
@@ -144,7 +146,7 @@ def test_a_preload_counts_with_the_displacement_it_took(tared: bool) -> None:
 
 
 def test_contact_is_where_the_force_leaves_the_noise() -> None:
-    """Half a millimetre of air, then 20 N/mm: five times 0.05 N are passed 0.0125 mm later."""
+    """After a gap of 0.5 mm the slope is 20 N/mm: five times 0.05 N is reached 0.0125 mm later."""
     rng = np.random.default_rng(3)
     travel = np.linspace(0.0, 5.0, 5000)
     force = 20.0 * np.maximum(travel - 0.5, 0.0) + 0.05 * rng.standard_normal(5000)
@@ -167,7 +169,7 @@ def test_a_contact_before_the_record_is_told() -> None:
 
 
 def test_a_toe_far_before_the_record_is_told() -> None:
-    """From 3 mm on, the straight part is over at 4.5 mm at the latest: its toe is 2.7 mm off."""
+    """In a record from 3 mm on, the straight part ends by 4.5 mm, and the toe is 2.7 mm away."""
     late = measured()[lambda curve: curve["displacement_mm"] > 3.0]
     with pytest.raises(rf.SpecificationError, match=r"zero = 'toe' must be no farther before"):
         seat(late, rf.Seating("toe"))
@@ -187,7 +189,7 @@ def test_what_seating_leaves_is_a_curve() -> None:
 
 @pytest.mark.parametrize("force", [exact(np.linspace(1.0, 8.0, 99)), np.repeat([50.0, 60.0], 50)])
 def test_a_slope_that_is_not_recorded_from_its_start_is_not_a_number(force: np.ndarray) -> None:
-    """The secant begins at a tenth of the largest force."""
+    """The secant starts at a tenth of the largest force."""
     curve = pd.DataFrame({"displacement_mm": np.linspace(1.0, 8.0, len(force)), "force_N": force})
     assert np.isnan(response("slope_N_per_mm").of(curve))
 

@@ -1,4 +1,4 @@
-"""A bowed stalk: where it touches, where its fibres go, and how stiff an arch on rollers is."""
+"""A bowed stalk: its contacts, its fibre directions, and the stiffness of an arch on rollers."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def rod(curvature: float, *changes: str) -> rf.BendingTest:
 
 @pytest.mark.parametrize("curvature", [-2.0, 1.0, 3.0])
 def test_every_cylinder_touches_at_the_start(curvature: float) -> None:
-    """The mesh has sections as far apart as 0.05 of 72 mm at the supports, arcs in between."""
+    """Sections of the mesh are 0.05 of 72 mm apart at the supports, with arcs in between."""
     test = rod(curvature, "numerics.mesh.contact_size=0.005")
     mesh = build_tube(test, MPI.COMM_SELF).mesh
     at = mesh.geometry.x[np.abs(mesh.geometry.x[:, 0]) < 1e-9]
     for cylinder in (test.fixture.indenter, test.fixture.support):
         axis = test.front_mm(cylinder) + cylinder.up * cylinder.radius_mm
         distance = np.hypot(at[:, 1] - axis, at[:, 2] - cylinder.z_mm) - RADIUS
-        # nodes are 0.18 mm apart: 0.09^2 / 2 / 5 beside the point of touch
+        # nodes are 0.18 mm apart: the gap at the nearest is up to 0.09^2 / 2 / 5
         assert distance.min() == pytest.approx(5e-4, abs=6e-4)
 
 
@@ -59,16 +59,16 @@ def test_the_axis_keeps_its_length_and_fibres_follow_it() -> None:
 
 @pytest.mark.slow
 def test_an_arch_on_rollers_is_as_stiff_as_a_beam_of_its_span() -> None:
-    """Its slope k L / 2 at the supports moves the contacts outwards, the axis by R + r times it.
+    """The slope k L / 2 at the supports moves the contacts outwards by R + r times this slope.
 
     To first order in k nothing else changes: a flat arch that is free to spread bears a load by
-    bending alone (Timoshenko and Gere 1961, section 7.2), and its rise enters squared. What is even
-    in k cancels.
+    bending alone (Timoshenko and Gere 1961, section 7.2), and its rise enters squared. Terms even
+    in k cancel.
     """
     up, down = (force(rod(k, "numerics.mesh.angular_elements=8")) for k in (1.0, -1.0))
     middle = (up + down) / 2.0
     expected = -3.0 * (RADIUS + OUTER / 2.0) * 1e-3
-    # of a force of 1 mm of travel, which has moved the contacts a little itself
+    # at 1 mm of travel, which has itself moved the contacts a little
     assert (up - down) / (2.0 * middle) == pytest.approx(expected, rel=0.05)
 
 

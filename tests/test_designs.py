@@ -24,7 +24,7 @@ RADII = Factor("R", ("fixture.indenter_radius_mm", "fixture.support_radius_mm"),
 
 
 def variance(design: Design, points: np.ndarray) -> np.ndarray:
-    """Variance of a full quadratic's prediction, over that of a run."""
+    """Return the variance of a full quadratic's prediction, relative to that of a run."""
     terms = model_terms(design.coded.shape[1], "quadratic")
     inverse = np.linalg.inv((m := model_matrix(design.coded, terms)).T @ m)
     rows = model_matrix(points, terms)
@@ -164,7 +164,7 @@ def test_region_is_the_box_cut_by_the_ball() -> None:
     assert not region.contains(np.array([1.5, 1.5, 0.0]))
     points = region.sample(20000)
     assert region.contains(points).all()
-    # volumes: the ball's, less three pairs of caps
+    # the volume of the ball, less three pairs of caps
     height = region.radius - region.reach
     caps = 6.0 * np.pi * height**2 * (3.0 * region.radius - height) / 3.0
     volume = 4.0 / 3.0 * np.pi * region.radius**3 - caps

@@ -1,4 +1,4 @@
-"""What the package tells of its work, when it is asked to."""
+"""The package's log, shown on request."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def test_residuals_of_every_iteration_are_told(
     solves = residuals(caplog)
     assert sum(len(solve) - 1 for solve in solves) == result.statistics.newton_iterations
     assert any(len(solve) > 2 for solve in solves)
-    for solve in solves:  # each ends where it has converged, and nowhere before
+    for solve in solves:  # each ends at the first iteration that has converged
         assert [residual <= tolerance for residual, tolerance in solve].index(True) == len(
             solve
         ) - 1
-        # and each iteration solves its linear equations to a tenth at least
+        # and each iteration reduces the residual by a factor of five at least
         assert all(after < 0.2 * before for (before, _), (after, _) in pairwise(solve))
     told = [r.getMessage() for r in caplog.records if r.name == "ramiefenics.solve.quasistatic"]
     steps = [text for text in told if text.endswith("iterations")]
@@ -62,7 +62,7 @@ def test_nothing_is_logged_where_nobody_asks(
 
 
 def test_options_of_petsc_reach_the_solver(short: rf.BendingTest, tmp_path: Path) -> None:
-    """PETSc's own view of the solver has them, and what is not given as the code chose it."""
+    """PETSc's view of the solver shows them, and the code's choice for all other options."""
     rf.write_test(short, tmp_path / "short.toml")
     script = (
         "import ramiefenics as rf; from mpi4py import MPI;"

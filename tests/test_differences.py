@@ -1,4 +1,4 @@
-"""Groups compared: against R's example, SciPy, and data of plants that share something."""
+"""Comparison of groups, against R's example, SciPy, and data in which plants share effects."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_example_of_r() -> None:
 
 
 def test_size_of_a_difference_has_hedges_factor() -> None:
-    """Of two groups of five, Cohen's d times 0.903 (Hedges 1981, Table 1, eight degrees)."""
+    """For two groups of five it is Cohen's d times 0.903 (Hedges 1981, Table 1, eight degrees)."""
     a, b = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([2.0, 4.0, 4.0, 6.0, 9.0])
     curves = pd.DataFrame({"x": np.concatenate([a, b])})
     (pair,) = differences(curves, ["a"] * 5 + ["b"] * 5, ["x"])[1].to_dict("records")
@@ -49,7 +49,7 @@ def test_size_of_a_difference_has_hedges_factor() -> None:
 
 
 def test_roots_of_one_plant_are_not_independent() -> None:
-    """Plants differ, groups do not: with the plants known, one comparison in twenty is wrong."""
+    """Plants differ but groups do not: if plants are known, one comparison in twenty is wrong."""
     rng, wrong, naive = np.random.default_rng(4), 0, 0
     groups = ["a"] * 20 + ["b"] * 20
     plants = [f"{k // 5}" for k in range(40)]
@@ -59,7 +59,7 @@ def test_roots_of_one_plant_are_not_independent() -> None:
         assert tests["method"].tolist() == ["mixed model"]
         wrong += tests["p"].iloc[0] < 0.05
         naive += differences(curves, groups, ["x"])[0]["p"].iloc[0] < 0.05
-    assert wrong <= 3  # of 12, at 5 %: more in one case of 500
+    assert wrong <= 3  # of 12 at 5 %: there are more in one case of 500
     assert naive > 3
 
 

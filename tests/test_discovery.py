@@ -1,4 +1,4 @@
-"""Discovery from folder to verdict, on made-up data whose secret the test keeps."""
+"""Discovery from folder to verdict, on synthetic data with hidden effects."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ from ramiefenics.specification.files import to_dict
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
 SEED = int(os.environ.get("RAMIEFENICS_SEED") or 1023337869)
-"""The same every time, so that a failure is the change's; printed; set the variable for others."""
+"""Seed of the tests, fixed so that only a change of the code can make them fail.
+
+It is printed; set the variable to use another."""
 
 PNG = b"\x89PNG"
 
@@ -49,7 +51,7 @@ def discover(folder: Path, out: Path, *options: str) -> subprocess.CompletedProc
 
 
 def hidden_effects(rng: np.random.Generator) -> list[Secret]:
-    """Three different effects of drawn size, and nothing, in drawn order."""
+    """Return three different effects of random size, and nothing, in random order."""
     names = rng.choice(sorted(HIDDEN), 3, replace=False)
     secrets = [Secret(None)]
     for name in names:
@@ -81,9 +83,9 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
     if verdict["causes"] == [secret.effect.name]:
         found = verdict["amplitudes"][secret.effect.name]
         assert found["unit"] == secret.effect.unit
-        # another mesh and element order: amplitudes take up some of the difference
+        # the data have another mesh and element order: amplitudes absorb some of the difference
         assert 0.4 < found["value"] / secret.amplitude < 2.5
-    # effects within a curve show in its shape, those between specimens in the whole of it
+    # effects within a curve show in its shape, those between specimens in its whole size
     kind = "gain" if secret.effect.name in BETWEEN_SPECIMENS else "shape_gain"
     assert verdict[kind]["ratio"] < 1.0
     assert verdict["p_value"] < 0.001
@@ -100,7 +102,7 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
 @pytest.mark.slow
 @pytest.mark.long
 def test_two_causes_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Derivatives at the baseline speak for others, which do not fit where they are simulated."""
+    """Derivatives at the baseline favour other effects, which do not fit once simulated."""
     hidden = {"machine_compliance", "seating_gap"}
     secrets = [Secret(rf.EFFECTS[name], rf.EFFECTS[name].typical) for name in sorted(hidden)]
     make_dataset(tmp_path / "data", secrets, 202, Runs())
@@ -127,7 +129,7 @@ COARSE = finer(
     )
 )
 FINE = finer(finer(COARSE))
-"""Of the data: 2.25 times as fine, so that little is left of the error of a mesh."""
+"""Mesh of the data, 2.25 times as fine, so that its error is small."""
 
 FREE = ("machine_compliance", "seating_gap")
 """Effects that need no simulations of their own, and show in the curves of a few specimens."""
@@ -137,7 +139,7 @@ FREE = ("machine_compliance", "seating_gap")
 def test_blind_test_on_coarse_meshes(
     hidden: bool, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    """Finite elements from end to end, few specimens, short curves; what is hidden is drawn."""
+    """Finite elements throughout, with few specimens, short curves and a random hidden effect."""
     rng = np.random.default_rng(SEED)
     effect = rf.EFFECTS[str(rng.choice(FREE))]
     secret = Secret(effect, effect.typical * float(rng.uniform(2.0, 2.5)) if hidden else 0.0)
@@ -188,13 +190,13 @@ def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> Non
     first = simulated(Runs(tmp_path), [CurveTask(coarse)])[0]
     done: list[int] = []
     runs = Runs(tmp_path, on_done=done.append)
-    # neither the machine nor a position without gradient matters to the stalk
+    # neither the machine nor a position without a gradient affects the stalk
     loose = rf.override(coarse, ["machine.seating_gap_mm=1", "stalk.position_mm=100"])
     again, new = simulated(runs, [CurveTask(loose), CurveTask(other)])
     assert runs.computed == 1
     assert sum(done) == 2
     assert again.equals(first)
-    # forces scale with the moduli: nothing to simulate for a stalk that is stiffer as a whole
+    # forces scale with the moduli: a stalk that is stiffer as a whole needs no simulation
     graded = rf.override(coarse, ["stalk.stiffness_gradient_per_m=0.5", "stalk.position_mm=500"])
     usual, stiffer = simulated(runs, [CurveTask(coarse), CurveTask(graded)])
     assert runs.computed == 1
@@ -265,7 +267,7 @@ def test_stalks_of_a_law_that_does_not_scale_are_simulated_as_they_are(
 
 
 def test_a_round_stalk_that_is_turned_is_simulated_as_it_was(coarse: rf.BendingTest) -> None:
-    """Its forces on the full domain are those of the quarter to 3e-7; an ellipse's are not."""
+    """Forces of the full model agree with the quarter's to 3e-7; not so for an ellipse."""
     turned = ["stalk.rotation_deg=90", "numerics.domain=full"]
     assert CurveTask(rf.override(coarse, turned)).keys() == CurveTask(coarse).keys()
     tapered = ["stalk.taper=0.005", "numerics.domain=half"]

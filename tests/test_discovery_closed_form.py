@@ -1,4 +1,4 @@
-"""Discovery from folder to verdict, of stalks whose force is a closed formula."""
+"""Discovery from folder to verdict, on stalks with a closed-form force."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def change_layout(folder: Path, pattern: str, new: str) -> None:
 
 @pytest.mark.slow
 def test_a_load_cell_that_reads_high_is_no_gradient(tmp_path: Path) -> None:
-    """By 15 %, where moduli are known to 5 %."""
+    """It reads 15 % too high, and the moduli are known to 5 %."""
     data = tmp_path / "data"
     make_dataset(data, Secret(rf.EFFECTS["load_scale"], 0.15), 3, Formula())
     change_layout(data, "fit_sd = .*", "fit_sd = 0.05")
@@ -53,7 +53,7 @@ def test_a_load_cell_that_reads_high_is_no_gradient(tmp_path: Path) -> None:
     check_print(found, f"p = {found.misfit_p_value:.2g}")
     assert verdict["conflict_p_value"] < 0.05
     far = [name for name, move in verdict["log_factors_over_sd"].items() if abs(move) > 2.0]
-    assert far  # 15 % is three times 5 %; more than one factor shares it
+    assert far  # 15 % is three times 5 %, shared by more than one factor
     assert all(name in verdict["findings"][1] for name in far)
 
 
@@ -67,7 +67,7 @@ def test_a_gradient_is_counted_from_the_mean_place(tmp_path: Path) -> None:
     places = [s.test.stalk.position_mm for s in found.dataset.records]
     extended = found.extended_test().stalk
     assert extended.reference_position_mm == pytest.approx(np.mean(places))
-    # a new specimen's moduli follow from its place and the file alone
+    # a new specimen's moduli follow from its position and the file alone
     amplitude = found.amplitudes[GRADIENT.name]
     higher = replace(extended, position_mm=extended.reference_position_mm + 100.0)
     assert higher.stiffness_factor == pytest.approx(1.0 + 0.1 * amplitude)
@@ -108,11 +108,11 @@ def test_two_names_of_one_thing_are_not_told_apart(tmp_path: Path) -> None:
     found = discover_among(tmp_path, GAP, COMPLIANCE, MOUNTING)
     assert found.verdict == "ambiguous"
     assert set(found.causes) == {COMPLIANCE.name, MOUNTING.name}
-    assert found.next_experiment == "alone"  # nothing tells a thing from itself
+    assert found.next_experiment == "alone"  # no test can distinguish an effect from itself
 
 
 def test_what_no_suspect_explains_is_unknown(tmp_path: Path) -> None:
-    """Forces that swing by a twentieth along the curve, in all specimens."""
+    """Forces oscillate by a twentieth along the curve, in all specimens."""
     make_dataset(tmp_path, Secret(None), 24, Formula())
     names = [path.name for path in (tmp_path / "curves").iterdir()]
     change_curves(tmp_path, names, lambda d: 1.0 + 0.05 * np.sin(2.0 * np.pi * d / 7.0))
@@ -123,7 +123,7 @@ def test_what_no_suspect_explains_is_unknown(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_one_specimen_alone_speaks_for_is_no_cause(tmp_path: Path) -> None:
-    """The uppermost specimen has a gap, and a suspect is made for it."""
+    """Only the uppermost specimen has a gap, and a suspect describes exactly this."""
     make_dataset(tmp_path, Secret(None), 25, Formula())
     table = pd.read_csv(tmp_path / "specimens.csv")
     top = table["position_mm"].max()
@@ -141,7 +141,7 @@ def test_what_one_specimen_alone_speaks_for_is_no_cause(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_only_shows_where_it_is_fitted_is_told(tmp_path: Path) -> None:
-    """By the derivatives at the baseline, where moduli imitate it, it is more than a chance."""
+    """Moduli imitate it at the baseline, and yet its p-value by the derivatives there is small."""
     make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7105, Formula())
     others = ("nonlinear_compliance", "load_scale", "load_offset", "displacement_scale")
     suspects = [COMPLIANCE, GAP, SPAN, GRADIENT, *(rf.EFFECTS[name] for name in others)]
@@ -200,7 +200,7 @@ def test_a_specimen_that_slipped_is_named_and_does_not_decide(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_a_second_span_tells_a_wrong_span_from_other_moduli(tmp_path: Path) -> None:
-    """Span 92 mm for 100: moduli known to 15 % imitate it, unless there is another span."""
+    """The span is 92 mm instead of 100; moduli known to 15 % imitate this on a single span."""
     spans = {"one": [{}], "two": [{"fixture.span_mm": 100.0}, {"fixture.span_mm": 70.0}]}
     found = {}
     for name, tests in spans.items():

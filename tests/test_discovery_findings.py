@@ -1,4 +1,4 @@
-"""What the first lines of a discovery claim, and what they own up to."""
+"""Claims and reservations in the findings of a discovery."""
 
 from types import SimpleNamespace
 
@@ -114,7 +114,7 @@ def test_nothing_found_is_no_claim_that_nothing_is_missing():
     assert "xylem.axial times 1.05 (+0.5 sd)" in fitted
     assert "phloem.axial times 0.905 (-1.0 sd)" in fitted
     assert "taper of -0.01 to 0.02 mm/mm (9 % of the peak, imitated by xylem.axial and" in hidden
-    assert "pith" not in hidden  # 0.1 % of the peak is not worth a word
+    assert "pith" not in hidden  # 0.1 % of the peak is too little to mention
 
 
 @pytest.mark.parametrize("verdict", ["none", "cause", "ambiguous", "unknown"])
@@ -165,8 +165,8 @@ def test_the_unknown_says_what_came_nearest():
         (True, 0.5, 1e-4, [("taper",), ("pith_core",)], False, "cause"),
         (True, 0.5, 0.5, [("taper",), ("pith_core", "node")], False, "ambiguous"),
         (True, 1e-4, 0.5, [("taper",)], False, "unknown"),
-        (True, 0.5, 0.5, [], False, "unknown"),  # significant, but nobody in particular
-        (True, 0.5, 0.5, [], True, "none"),  # one specimen alone speaks for it
+        (True, 0.5, 0.5, [], False, "unknown"),  # significant, but no suspect in particular
+        (True, 0.5, 0.5, [], True, "none"),  # only one specimen supports it
         (False, 1e-4, 1e-4, [], False, "unknown"),
     ],
 )

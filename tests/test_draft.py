@@ -1,4 +1,4 @@
-"""Folders of results are wholly old or wholly new, whoever kills, watches or writes."""
+"""Folders of results are entirely old or entirely new, even if writers are killed or compete."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def files(folder: Path) -> set[str]:
     ("way", "allowed"),
     [
         ("exchange", {"whole"}),
-        # without an exchange in the file system there is a moment without any folder
+        # if the file system cannot exchange folders, there is a moment without any folder
         ("aside", {"whole", "absent"}),
-        # a folder in which somebody works cannot be exchanged: it says that it is not whole
+        # a working directory cannot be exchanged; the folder then says that it is incomplete
         ("inside", {"whole", "part"}),
     ],
 )
@@ -52,7 +52,7 @@ def test_killed_writers_never_leave_a_mix(tmp_path: Path, way: str, allowed: set
     assert found["put right"] == {"whole": 30}
     assert found["refused"] > 0
     assert found["refused without a reason"] == 0
-    assert found["leftovers"] > 0  # or nobody was killed while it wrote
+    assert found["leftovers"] > 0  # otherwise no writer was killed while it wrote
     assert found["beside"] == []
 
 
@@ -74,7 +74,7 @@ def holding_a_folder_of_the_users(monkeypatch: pytest.MonkeyPatch, folder: Path)
 
 
 def plain(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    """Nothing is special about it."""
+    """Leave the folder as it is."""
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_the_old_result_goes_and_the_users_files_stay(
     somehow(monkeypatch, out)
     before = files(out)
     folder = out.stat().st_ino
-    notes = (out / "notes.txt").open("a")  # somebody writes on while the folder is exchanged
+    notes = (out / "notes.txt").open("a")  # still being written while the folder is exchanged
     write(out, "curve.csv", "fields/2.vtu")
     with notes:
         notes.write(", still")
@@ -111,7 +111,7 @@ def test_the_old_result_goes_and_the_users_files_stay(
     assert (out / "fields" / "labbook.txt").read_text() == "mine too"
     assert os.readlink(out / "link") == "nowhere"
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
-    # the folder itself is another one, unless somebody would miss it
+    # the folder itself is replaced, unless this is impossible or would remove a user's folder
     assert (out.stat().st_ino != folder) == (somehow is plain)
 
 
@@ -133,7 +133,7 @@ def test_permissions_of_the_folder_stay(tmp_path: Path) -> None:
 
 
 def test_what_is_only_added_replaces_no_result(tmp_path: Path) -> None:
-    """A data set is the user's to edit, so that no later result may take its place."""
+    """A data set is for the user to edit, so no later result may replace it."""
     write(tmp_path, "curves.csv", "groups.csv")
     write(tmp_path, "dataset.toml", "curves/A.csv", replace=False)
     assert files(tmp_path) == {"curves.csv", "groups.csv", "dataset.toml", "curves/A.csv"}
@@ -163,7 +163,7 @@ def test_a_record_from_elsewhere_reaches_no_other_folder(tmp_path: Path) -> None
 
 @pytest.fixture
 def holder(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
-    """Another process, which holds the folder `out`."""
+    """Another process that holds the folder `out`."""
     script = (
         "import sys, time, pathlib\n"
         "from ramiefenics.results.claim import claimed\n"
@@ -225,14 +225,14 @@ def test_a_second_thread_is_told_too(tmp_path: Path) -> None:
         thread = threading.Thread(target=second)
         thread.start()
         thread.join()
-        write(tmp_path / "out", "summary.json")  # the first may
+        write(tmp_path / "out", "summary.json")  # the first thread may write
     assert len(told) == 1
     assert f"PID {os.getpid()} " in told[0]
     assert files(tmp_path / "out") == {"summary.json"}
 
 
 def test_only_one_holds_a_folder_that_many_want(tmp_path: Path) -> None:
-    """Claims come and go, and with them the folder in which the lock is."""
+    """Claims come and go, and with them the folder that holds the lock."""
     inside: list[int] = []
     together: list[int] = []
 

@@ -1,4 +1,4 @@
-"""Effects against what they should do to a mesh, a law, a record, and a force curve."""
+"""Expected consequences of effects for a mesh, a law, a record and a force curve."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def test_taper_narrows_the_mesh_along_the_stalk(stalk):
 
 
 def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk, force):
-    """What grows on one side shrinks on the other: the difference is of second order."""
+    """One side is thicker and the other thinner, so the difference is of second order."""
     taper = EFFECTS["taper"]
     midspan = placed(
         stalk,
@@ -75,13 +75,13 @@ def test_tapered_stalk_bears_what_a_straight_one_of_its_midspan_does(stalk, forc
         ),
     )
     tapered = force(taper.apply(placed(stalk, measured_at_mm=-90.0), 0.005))
-    # (0.25 mm / 7 mm)^2 is 0.1 %; the diameter measured at the end is 6 % off in force
+    # (0.25 mm / 7 mm)^2 is 0.1 %; the diameter measured at the end gives a force 6 % off
     assert tapered == pytest.approx(force(midspan), rel=3e-3)
     assert abs(tapered / force(stalk) - 1.0) > 0.03
 
 
 def test_a_stalk_is_the_same_by_its_section_at_midspan(stalk):
-    """An ellipse that is turned, with a void off its axis: everything is similar to itself."""
+    """A tapered, turned ellipse with an eccentric void has similar sections all along."""
     full = replace(stalk, numerics=replace(stalk.numerics, domain="full"))
     oval = placed(full, section_height_mm=13.0, rotation_deg=20.0, void_offset_mm=0.5)
     tapered = EFFECTS["taper"].apply(placed(oval, measured_at_mm=-90.0), 0.01)
@@ -97,14 +97,14 @@ def test_taper_refuses_the_symmetric_model(stalk):
 
 
 def test_stiffness_gradient_scales_the_force(stalk, force):
-    """No stress but the moduli enters: the force is proportional to a factor on all of them."""
+    """All stresses scale with the moduli, so the force is proportional to a common factor."""
     graded = EFFECTS["stiffness_gradient"].apply(placed(stalk, position_mm=800.0), 0.25)
     assert force(graded) == pytest.approx(1.2 * force(stalk), rel=1e-4)
 
 
 @pytest.mark.parametrize("own_gradient", [0.0, 0.4])
 def test_a_centred_gradient_changes_no_mean(stalk, own_gradient):
-    """Of specimens anywhere on the plant, whatever gradient the specification has already."""
+    """This holds for any positions on the plant, whatever gradient the specification has."""
     places = [300.0, 800.0, 1300.0]
     tests = [placed(stalk, position_mm=p, stiffness_gradient_per_m=own_gradient) for p in places]
     effect = EFFECTS["stiffness_gradient"].centred(tests)
@@ -115,7 +115,7 @@ def test_a_centred_gradient_changes_no_mean(stalk, own_gradient):
 
 
 def test_lengths_are_judged_by_the_span(stalk):
-    """What is typical of 100 mm is half of that on 50 mm; once is enough."""
+    """Typical amplitudes for 100 mm are halved for 50 mm, and repeating this changes nothing."""
     short = rf.override(stalk, ["fixture.span_mm=50"])
     for name in ("span_error", "seating_gap", "off_centre_indenter"):
         effect = EFFECTS[name]
@@ -134,14 +134,14 @@ def axial_MPa(test):
 
 
 def test_moisture_softens_all_that_resists(coarse, force):
-    """The force goes with the moduli; the given ones are those at the mean of 1 and 2."""
+    """The force scales with the moduli, which are given for the mean moisture of 1 and 2."""
     stalk = rf.override(coarse, [*SHORT, "protocol.travel_mm=1"])
     tests = [placed(stalk, moisture=m, position_mm=500.0 * m) for m in (1.0, 2.0)]
     wet = [EFFECTS["moisture"].centred(tests).apply(test, 1.5) for test in tests]
     expected = np.exp([0.75, -0.75]) * axial_MPa(stalk)
     assert [axial_MPa(test) for test in wet] == pytest.approx(expected)
     assert force(wet[1], 1.0) == pytest.approx(np.exp(-0.75) * force(stalk, 1.0), rel=1e-4)
-    # one softening after another, and a gradient with height, each from its own reference
+    # two softenings and a gradient with height, each from its own reference
     twice = EFFECTS["moisture"].apply(wet[1], 0.5, reference=1.8)
     graded = EFFECTS["stiffness_gradient"].apply(twice, 0.2, reference_mm=750.0)
     softer = np.exp(-0.75 - 0.5 * 0.2) * axial_MPa(stalk)
@@ -150,7 +150,7 @@ def test_moisture_softens_all_that_resists(coarse, force):
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_only_covariates_are_centred(effect, stalk):
-    """Displacement, diameters and a distance from midspan have a zero of their own."""
+    """Displacement, diameters and a distance from midspan have a natural zero."""
     places = (200.0, 600.0)
     tests = [placed(stalk, position_mm=p, measured_at_mm=90.0, moisture=p / 1e3) for p in places]
     centred = effect.centred(tests)
@@ -159,7 +159,7 @@ def test_only_covariates_are_centred(effect, stalk):
 
 
 def test_vanishing_pith_leaves_the_hollow_stalk(stalk, force):
-    """The tube's own mesh must not change with what fills it."""
+    """The mesh of the tube must not depend on what fills it."""
     stalk = rf.override(stalk, ["numerics.mesh.angular_elements=8"])  # four to a quadrant
     filled = EFFECTS["pith_core"].apply(stalk, 1e-6)
     assert force(filled) == pytest.approx(force(stalk), rel=2e-4)

@@ -1,4 +1,4 @@
-"""Every shipped effect: on any part of the stalk that may be modelled, either order, any ranks."""
+"""Every shipped effect on every modelled part of the stalk, element order and number of ranks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def with_effect(name: str, test: rf.BendingTest) -> rf.BendingTest:
 
 
 def recorded(test: rf.BendingTest, comm: MPI.Comm = MPI.COMM_SELF) -> np.ndarray:
-    """Return displacement and force at the end, as the machine has them."""
+    """Return displacement and force at the end, as the machine records them."""
     result = rf.simulate(test, comm)
     assert result.completed, result.ending.reason
     return result.curve[["recorded_displacement_mm", "recorded_force_N"]].iloc[-1].to_numpy()
@@ -46,7 +46,7 @@ def recorded(test: rf.BendingTest, comm: MPI.Comm = MPI.COMM_SELF) -> np.ndarray
 @pytest.mark.slow
 @pytest.mark.parametrize("name", rf.EFFECTS)
 def test_larger_domains_have_the_same_forces(name: str, short: rf.BendingTest) -> None:
-    """Steps differ by rounding, and what friction remembers with them."""
+    """Steps differ by rounding, and with them the state of friction."""
     test = with_effect(name, short)
     first = DOMAINS.index(test.numerics.domain)
     assert test.numerics.domain == test.least_domain[0]
@@ -59,9 +59,9 @@ def test_larger_domains_have_the_same_forces(name: str, short: rf.BendingTest) -
 @pytest.mark.slow
 @pytest.mark.parametrize("name", rf.EFFECTS)
 def test_elements_of_either_order_say_the_same(name: str, short: rf.BendingTest) -> None:
-    """Of what an effect changes, meshes so coarse tell the sign, and the size to a factor of two.
+    """Meshes so coarse give the sign of an effect's change, and its size to a factor of two.
 
-    Where it is less than a fiftieth of the force, not that.
+    Changes that differ by less than a fiftieth of the value pass in any case.
     """
     changes = []
     for mesh in ([], SECOND_ORDER):

@@ -1,4 +1,4 @@
-"""Stalks of elliptic section: geometry, and bending against a beam's."""
+"""Stalks of elliptic section: geometry, and bending compared with a beam."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def solid(width: float, height: float | None) -> rf.BendingTest:
     material = rf.Material(rf.Elastic(YOUNG, YOUNG, POISSON, POISSON, shear), density_g_per_cm3=1.0)
     layers = (rf.Layer("core", width, material),)
     stalk = rf.Stalk(120.0, 0.0, layers, section_height_mm=height)
-    # no friction, as in beam theory: at the supports it bears height / span of its coefficient
+    # no friction, as in beam theory; at the supports it adds height / span times its coefficient
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
     test = rf.BendingTest(stalk, fixture, law="isotropic")
     return rf.override(
@@ -49,7 +49,7 @@ def test_mesh_has_the_volume_and_second_moment_of_an_elliptic_tube() -> None:
     ratio = 7.28 / 14.23
     area = np.pi / 4 * 14.23 * 10.0 * (1 - ratio**2)
     second = np.pi / 64 * 14.23 * 10.0**3 * (1 - ratio**4)
-    # quadratic arcs of 22.5 degrees leave 1e-4 of the section
+    # quadratic arcs of 22.5 degrees have an error of 1e-4 of the section
     assert found == pytest.approx([180 * area, 180 * second], rel=1e-3)
     outer = tube.mesh.geometry.x[np.abs(tube.mesh.geometry.x[:, 0]) < 1e-9, 1]
     assert outer.max() == pytest.approx(5.0)
@@ -62,7 +62,7 @@ def test_slender_ellipse_bends_as_timoshenkos_beam(width: float, height: float) 
     second, area = np.pi / 64 * width * height**3, np.pi / 4 * width * height
     shear = YOUNG / 2 / (1 + POISSON) * area * 6 * (1 + POISSON) / (7 + 6 * POISSON)
     expected = 1 / (SPAN**3 / (48 * YOUNG * second) + SPAN / (4 * shear))
-    # 1 mm of travel; the contact indents by about 1 % of it. Lying or upright is a factor of 1.78
+    # contact indents by about 1 % of the travel; lying and upright differ by a factor of 1.78
     assert force == pytest.approx(expected, rel=0.025)
     assert force < expected
 

@@ -1,4 +1,4 @@
-"""The indicator of strong ellipticity against closed forms and brute force."""
+"""The indicator of strong ellipticity, against closed forms and brute force."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _deform(solid: Solid, F: NDArray[np.float64]) -> None:
 def test_svk_loses_ellipticity_before_stretch_one_over_root_three() -> None:
     """Without Poisson effect the tangent along a compressed Z is E (3 s^2 - 1) / 2.
 
-    It bounds the minimum; an oblique direction gives way a little before.
+    It bounds the minimum; an oblique direction becomes unstable a little earlier.
     """
     solid = _cube("svk", Material(Elastic(3.0, 3.0, 0.0, 0.0, 1.5)))
     points = MaterialPoints(solid)
@@ -75,7 +75,7 @@ def test_svk_loses_ellipticity_before_stretch_one_over_root_three() -> None:
 
 @pytest.mark.slow
 def test_search_finds_what_brute_force_finds() -> None:
-    """On tangents of the default law in the phloem, random, sheared and crushed states."""
+    """The tangents are those of the default law in the phloem, in random deformed states."""
     rng = np.random.default_rng(7)
     count = 100
     mesh = dmesh.create_interval(MPI.COMM_SELF, count, (0.0, 1.0))

@@ -1,4 +1,4 @@
-"""The statistics of discovery against dense Gaussians and known probabilities."""
+"""The statistics of discovery, against dense Gaussians and known probabilities."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ M, FACTOR_SD = 16, 0.1
 X = (np.arange(M) + 1.0) / M
 SCATTER = Scatter(own=(0.07, 0.04), noise=0.008, length=0.08, drift=0.004)
 NAMES = ("A", "B", "B", "C", "D", "E", "E", "F")
-"""Of the specimens of eight curves: two of them were tested twice."""
+"""Specimens of the eight curves; two of them were tested twice."""
 
 
 def effect(name: str, per_specimen: bool = False, low: float = -9.0) -> rf.Effect:
-    """Stand for an effect of which only the signature matters."""
+    """Return a stand-in for an effect of which only the signature matters."""
     return rf.Effect(
         name, "", "", "1", (low, 9.0), 1.0, lambda test, amplitude: test, per_specimen=per_specimen
     )
@@ -44,7 +44,7 @@ def effect(name: str, per_specimen: bool = False, low: float = -9.0) -> rf.Effec
 def evidence(
     amplitudes: Mapping[str, float], seed: int = 1, names: tuple[str, ...] = NAMES
 ) -> Evidence:
-    """Draw curves of a model with effects of these amplitudes."""
+    """Draw curves from a model with effects of these amplitudes."""
     rng = np.random.default_rng(seed)
     size = rng.normal(1.0, 0.1, len(names))[:, None]
     by_factors = np.stack([size * X, size * X**2], axis=1)
@@ -65,7 +65,7 @@ def evidence(
 
 
 def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np.ndarray:
-    """The covariance as the module's docstring states it, curve by curve."""
+    """Return the covariance as stated in the docstring of `evidence`, curve by curve."""
     number, names = len(found.residual), found.blocks.specimen
     distance = np.abs(np.arange(M)[:, None] - np.arange(M)) / M
     whole = np.zeros((number * M, number * M))
@@ -91,7 +91,7 @@ def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np
 @pytest.mark.parametrize("broken", [frozenset(), frozenset({1})])
 @pytest.mark.parametrize("chosen", [(), ("tilt",), ("swing", "ripple")])
 def test_evidence_is_that_of_a_dense_gaussian(chosen, broken):
-    """Curves of the same specimen are bound together; bounds are far away."""
+    """Curves of the same specimen are correlated; bounds are far away."""
     found = replace(evidence({"swing": 1.0}), broken=broken)
     scatter = replace(SCATTER, spread=dict.fromkeys(chosen[:1], 0.3))
     which = tuple(sorted(found.names.index(name) for name in chosen))
@@ -103,7 +103,7 @@ def test_evidence_is_that_of_a_dense_gaussian(chosen, broken):
 
 
 def test_bounds_are_integrated_over():
-    """One amplitude, by quadrature over what its bounds allow."""
+    """The evidence of one amplitude is integrated numerically between its bounds."""
     found = evidence({"swing": 0.2})
     bounded = effect("swing", low=0.0)
     suspects = {"swing": replace(found.suspects["swing"], effect=bounded)}
@@ -149,7 +149,7 @@ def test_two_names_of_one_thing_make_a_group():
 def test_left_out_is_the_conditional_mean():
     found = evidence({"swing": 1.0})
     fit = Fit(found, ("swing",), SCATTER)
-    # predictions know of no errors of the simulator
+    # predictions do not include errors of the simulator
     whole, left = dense(found.of_simulation(), SCATTER, ("swing",)), fit.left_out()
     data, specimen = found.residual.ravel(), np.repeat(found.blocks.specimen, M)
     for s in range(found.blocks.number):
@@ -187,12 +187,12 @@ def test_a_broken_specimen_is_found_and_does_not_decide():
         suspects={n: replace(s, signature=s.signature[without]) for n, s in found.suspects.items()},
     )
     amplitudes = [Fit(e, ("swing",), SCATTER).amplitudes["swing"] for e in (broken, rest)]
-    # what a broken curve still says is within a standard deviation of what the others say
+    # what remains of a broken curve moves the estimate by less than a standard deviation
     assert abs(amplitudes[0] - amplitudes[1]) < Fit(rest, ("swing",), SCATTER).sd("swing")
 
 
 def test_scatter_is_estimated():
-    """Within what so few specimens allow: a factor of two, for the noise 20 %."""
+    """So few specimens allow a factor of two, and 20 % for the noise."""
     many = tuple(f"S{k}" for k in range(24))
     found = fit_scatter(evidence({}, seed=3, names=many))
     assert found.noise == pytest.approx(SCATTER.noise, rel=0.2)
@@ -228,7 +228,7 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
     fit = Fit(found, ("swing",), SCATTER)
     told = limits(fit, ["first", "second"])
     assert told["tilt"].low < 0.5 < told["tilt"].high
-    # a signature that is a factor's own is as uncertain as the factor
+    # a signature equal to that of a factor is as uncertain as the factor
     same = Suspect(effect("same"), found.by_factors[:, 0])
     found = replace(found, suspects={**found.suspects, "same": same})
     limit = limits(Fit(found, ("swing",), SCATTER), ["first", "second"])["same"]
@@ -237,7 +237,7 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
 
 
 def test_what_is_left_of_an_imitated_signature_excludes_nothing():
-    """Of a signature of which factors imitate all but a hundredth."""
+    """Factors imitate all but a hundredth of this signature."""
     found = evidence({})
     swing = found.suspects["swing"].signature
     nearly = Suspect(effect("nearly"), found.by_factors[:, 0] + 0.2 * swing)
@@ -248,7 +248,7 @@ def test_what_is_left_of_an_imitated_signature_excludes_nothing():
 
 @pytest.mark.slow
 def test_p_values_are_uniform_where_there_is_nothing(monkeypatch):
-    """Of 60 data sets without effect about 60 p have a chance below p (binomial, 4 sd)."""
+    """Of 60 data sets without effects, about 60 p have a p-value below p (binomial, 4 sd)."""
     monkeypatch.setattr(bootstrap, "DRAWS", 300)
     effects, misfits = [], []
     for k in range(60):
@@ -270,7 +270,7 @@ def test_what_all_specimens_share_and_no_factor_explains_is_a_misfit(size, seen)
 
 
 def test_gain_counts_specimens_not_points():
-    """The same specimens, each with ten times the points, are no more evidence."""
+    """Ten times as many points on the same specimens are no more evidence."""
     rng = np.random.default_rng(5)
     before = rng.normal(0.0, 1.0, (8, 1)) * np.ones(10)
     after = rng.normal(0.0, 0.6, (8, 1)) * np.ones(10)

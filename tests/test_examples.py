@@ -1,4 +1,4 @@
-"""The specifications in docs/examples: each reads, is told of, and runs."""
+"""The specifications in docs/examples: each can be read, is documented, and runs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TINY = [
 
 
 def example(path: Path) -> rf.BendingTest:
-    """Read an example, which leaves nothing to be told."""
+    """Read an example, which must cause no warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         return rf.read_test(path)

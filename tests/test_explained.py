@@ -16,7 +16,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarnin
 
 
 def test_every_key_has_a_meaning() -> None:
-    """A field that its class's docstring leaves out has none, and raises."""
+    """A field that is missing from its class's docstring has none, and raises an error."""
     told = list(keys())
     assert len({key.path for key in told}) > 90
     assert all(key.meaning.endswith((".", ":")) or key.meaning for key in told)

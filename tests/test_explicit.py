@@ -28,7 +28,7 @@ from ramiefenics.solve.mass import lumped_mass
 
 
 def forces(problem: BendingProblem, term: Term) -> np.ndarray:
-    """What a term exerts on all components."""
+    """Return the forces that a term exerts on all components."""
     found = np.zeros(len(problem.displacement.x.array))
     term.add_forces(found)
     return found
@@ -36,7 +36,7 @@ def forces(problem: BendingProblem, term: Term) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def quick(coarse: BendingTest) -> BendingTest:
-    """Too fast by far, but over in a second or two."""
+    """A test that is far too fast, but takes only a second or two."""
     changes = ["protocol.travel_mm=0.4", "numerics.explicit.duration_s=0.001"]
     return override(coarse, changes)
 
@@ -60,7 +60,7 @@ def sliding(problem: BendingProblem, travel: float) -> None:
 
 
 def test_friction_of_many_small_steps_is_that_of_long_ones(coarse: BendingTest) -> None:
-    """Steady slip of 0.04 per travel, in steps of 0.2 mm and of 1/100 of it."""
+    """Steady slip of 0.04 of the travel, in steps of 0.2 mm and of a hundredth of that."""
     length, end, parts = 0.2, 4.0, 100
     problems = [BendingProblem(coarse, MPI.COMM_SELF) for _ in range(2)]
     for problem, step in zip(problems, (length, length / parts), strict=True):
@@ -74,7 +74,7 @@ def test_friction_of_many_small_steps_is_that_of_long_ones(coarse: BendingTest) 
     expected, found = (forces(problem, problem.terms[1]) for problem in problems)
     along = expected.reshape(-1, 3)[:, 2]
     assert np.abs(along).max() > 0.1 * np.abs(expected).max()  # there is friction
-    # slip of 0.8 presliding lengths in a short step is measured to 1e-3 of it
+    # a slip of 0.8 presliding lengths in a short step is resolved to 1e-3 of that length
     assert found == pytest.approx(expected, abs=5e-3 * np.abs(along).max())
     works = [p.contact.sums()[0].friction_work_Nmm for p in problems]
     assert works[1] == pytest.approx(works[0], rel=2e-2)
@@ -93,7 +93,7 @@ def test_parts_of_the_residual_add_up(coarse: BendingTest) -> None:
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_lumped_mass_is_positive_and_whole(coarse: BendingTest, order: int) -> None:
-    """For second order also without inner nodes, where row sums would be negative."""
+    """Second-order elements have no inner nodes, and their row sums would be negative."""
     changes = [
         f"numerics.mesh.order={order}",
         f"numerics.mesh.serendipity={str(order == 2).lower()}",
@@ -108,7 +108,7 @@ def test_lumped_mass_is_positive_and_whole(coarse: BendingTest, order: int) -> N
 
 
 def test_scaled_mass_is_a_test_so_much_faster(quick: BendingTest) -> None:
-    """Without rates in the material only duration over root of mass counts; exactly so."""
+    """Without rate effects only the duration over the root of the mass factor matters."""
     slow = override(
         quick, ["numerics.explicit.mass_factor=9", "numerics.explicit.duration_s=0.003"]
     )
@@ -140,14 +140,14 @@ def test_ranks_do_not_matter(quick: BendingTest) -> None:
     alone, shared = (simulate_explicitly(quick, c) for c in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert shared.completed
     names = ["displacement_mm", "force_N", "support_force_N", "kinetic_energy_Nmm"]
-    # the time step is an estimate from random vectors, which differ by rank
+    # the time step is estimated from random vectors, which differ between ranks
     expected = pytest.approx(alone.curve[names].to_numpy(), rel=0.02, abs=0.01)
     assert shared.curve[names].to_numpy() == expected
 
 
 @pytest.mark.slow
 def test_slow_test_is_quasi_static(coarse: BendingTest) -> None:
-    """The two curves of the same model meet, and the energies tell that they must."""
+    """The curves with and without inertia agree, as the energies imply."""
     changes = ["numerics.stepping.max_step_mm=0.25", "numerics.stepping.first_step_mm=0.25"]
     static = simulate(override(coarse, changes), MPI.COMM_SELF)
     result = simulate_explicitly(
@@ -165,7 +165,7 @@ def test_slow_test_is_quasi_static(coarse: BendingTest) -> None:
     assert curve["stored_energy_Nmm"].iloc[-1] == pytest.approx(
         spent["stored_energy_Nmm"], rel=0.03
     )
-    # without drag the stalk swings, and friction takes a third less
+    # without drag the stalk oscillates, and the friction work is a third smaller
     assert curve["friction_work_Nmm"].iloc[-1] == pytest.approx(
         spent["friction_work_Nmm"], rel=0.05
     )
@@ -198,7 +198,7 @@ def test_command_writes_the_folder_and_reports(
     assert summary["max_force_N"] == pytest.approx(curve["force_N"].max())
     assert summary["implicit_max_force_N"] == pytest.approx(static["force_N"].max())
     assert summary["quasi_static"] is False
-    # the mean force, over the travel, is the work
+    # the force integrated over the travel is the work
     work = np.trapezoid(curve["force_N"], curve["displacement_mm"])
     assert work == pytest.approx(curve["indenter_work_Nmm"].iloc[-1], rel=0.1)
     assert image.imread(out / "explicit.png").std() > 0.05

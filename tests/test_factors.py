@@ -1,4 +1,4 @@
-"""Factors in single precision."""
+"""Matrix factorisation in single precision."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def problem(coarse: BendingTest) -> BendingProblem:
 
 @pytest.fixture(params=[False, True], ids=["any", "symmetric"])
 def factors(problem: BendingProblem, request: pytest.FixtureRequest) -> SingleFactors:
-    """An untouched stalk's tangent is symmetric."""
+    """Factors of a stalk without contact, whose tangent is symmetric."""
     found = single_factors(problem.equations.matrix, request.param)
     if found is None:
         pytest.skip("there is no MUMPS in single precision here")
@@ -59,7 +59,7 @@ def test_a_matrix_without_inverse_gives_no_number(
 def test_several_right_hand_sides_are_solved_for_at_once(
     problem: BendingProblem, factors: SingleFactors
 ) -> None:
-    """Whatever their sizes: each is scaled into the range of single precision by itself."""
+    """Their sizes do not matter: each is scaled separately into the range of single precision."""
     problem.equations.assemble()
     factors.setUp(None)
     rng = np.random.default_rng(2)

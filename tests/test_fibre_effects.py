@@ -1,4 +1,4 @@
-"""Effects on the law of fibres and matrix: bent sections and single points in closed form."""
+"""Effects on the law of fibres and matrix, for bent sections and points, in closed form."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ STRONG = rf.Material(
     rf.Elastic(E_X, E_Z, 0.0, 0.0, G_XZ_MPa=1e5),
     rf.LargeStrain(fibre_residual_tangent=0.0, fibre_strength=0.2, densification=0.0),
 )
-"""Its fibres are linear in compression: they would give way at ten times their modulus."""
+"""Material whose fibres are linear in compression: they would yield at ten times their modulus."""
 
 WEAK = rf.Material(
     rf.Elastic(E_X, E_Z, 0.0, 0.0, G_XZ_MPa=100.0),
     rf.LargeStrain(fibre_residual_tangent=0.1, densification=0.0),
 )
-"""Its fibres give way at 10 MPa, and keep a tangent of 10 MPa."""
+"""Material whose fibres saturate at 10 MPa, and keep a tangent of 10 MPa."""
 
 
 def rod(material: rf.Material, *changes: str, travel_mm: float = 1.0) -> rf.BendingTest:
-    """A slender rod of one material, of the default law."""
+    """Return a slender rod of one material, with the default law."""
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
     test = slender(0.0, 6.0, fixture, *changes, travel_mm=travel_mm)
     layers = (dataclasses.replace(test.stalk.layers[0], material=material),)
@@ -47,12 +47,12 @@ def point(test: rf.BendingTest) -> Point:
 
 
 class BentSection:
-    """Of unit width, in layers of fibres that stay in plane sections (Bernoulli).
+    """A bent section of unit width, in layers of fibres, that stays plane (Bernoulli).
 
     Attributes
     ----------
     axial
-        Strain of the middle, at which there is no axial force.
+        Strain at mid-height, such that there is no axial force.
     """
 
     def __init__(self, test: rf.BendingTest, layers: int = 400) -> None:
@@ -62,7 +62,7 @@ class BentSection:
         self.axial = 0.0
 
     def moment(self, curvature: float) -> float:
-        """Return the moment at the end of a step to a curvature, 1/mm, N mm per mm of width."""
+        """Return the moment, N mm per mm of width, after a step to a curvature, 1/mm."""
         self.axial = brentq(lambda e: self._stresses(e, curvature).sum(), -0.02, 0.02, xtol=1e-12)
         return float(np.mean(self._stresses(self.axial, curvature) * self.y) * HEIGHT)
 
@@ -84,9 +84,9 @@ def test_a_bimodular_beam_bends_about_another_axis(amplitude: float) -> None:
     moment = bent.moment(curvature)
     pulled, pressed = E_Z, E_X + (1.0 - amplitude) * (E_Z - E_X)
     roots = np.sqrt(pulled) + np.sqrt(pressed)
-    # strains of 5e-4 are small to that, layers err by 1e-5
+    # strains of 5e-4 are small to this tolerance; the layers have an error of 1e-5
     assert moment == pytest.approx(pulled * pressed / 3.0 / roots**2 * curvature, rel=2e-3)
-    depth = HEIGHT * np.sqrt(pressed) / roots  # of what is pulled
+    depth = HEIGHT * np.sqrt(pressed) / roots  # of the part in tension
     assert -bent.axial / curvature == pytest.approx(HEIGHT / 2.0 - depth, abs=1e-3)
 
 
@@ -97,7 +97,7 @@ def test_an_elastic_plastic_beam_follows_its_moment_and_springs_back(share: floa
     bent = BentSection(effect.apply(rod(STRONG), share))
     stiffness = E_Z / 12.0
     for curvature in (0.006, 0.012, 0.03):
-        core = min(0.004 / curvature, 0.5)  # half the height that is elastic
+        core = min(0.004 / curvature, 0.5)  # half the height of the elastic core
         perfect = E_Z * 0.004 * (0.25 - core**2 / 3.0) if core < 0.5 else stiffness * curvature
         expected = share * perfect + (1.0 - share) * stiffness * curvature
         # the matrix, 1/1000 of the stiffness, does not yield; its stress is not quite linear
@@ -120,7 +120,7 @@ def test_a_held_beam_relaxes() -> None:
 
 
 def stress_of_fibres(test: rf.BendingTest) -> Callable[[float], float]:
-    """Axial stress at a strain without the matrix's, which has mu = E_X / 2 and no lambda."""
+    """Return the axial stress of the fibres alone; the matrix has mu = E_X / 2 and no lambda."""
     law = point(test)
 
     def stress(e: float) -> float:
@@ -166,19 +166,19 @@ def test_pressed_fibres_yield_at_the_default_laws_stress_and_stay_shorter() -> N
     law, elastic = point(with_(rod(WEAK), fibre_yield=0.4)), point(rod(WEAK))
     for e in (-0.008, -0.03, -0.06):
         F = np.diag([1.0, 1.0, 1.0 + e])
-        # its plateau is reached to 1e-4 where they yield
+        # where the fibres yield, the default law has reached its plateau to 1e-4
         assert law.stress(F)[2, 2] == pytest.approx(elastic.stress(F)[2, 2], rel=1e-3)
         law.remember(F)
     shorter = 0.4 * (0.06 - 0.01)
     assert law.state(np.diag([1.0, 1.0, 0.94]))["plastic_strain"] == pytest.approx(-shorter)
-    # without stress but the matrix's, 1/1000, where what bears, h, holds the elastic strain
+    # the stress vanishes but for the matrix's, 1/1000; the residual tangent h holds some strain
     rest = brentq(lambda e: law.stress(np.diag([1.0, 1.0, 1.0 + e]))[2, 2], -0.05, 0.0)
     assert rest == pytest.approx(-shorter * (1.0 - 10.0 / (E_Z - E_X)), rel=2e-3)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.7])
 def test_crushed_by_a_share_the_rest_hardens(share: float) -> None:
-    """The pressure is the densifying one and what the tissue hardens by, (1 - s) / s a C11."""
+    """The pressure is that of densification plus the hardening of the tissue, (1 - s) / s a C11."""
     law = point(with_(rod(XYLEM), crushing=share))
     c11 = XYLEM.elastic.stiffness()[0, 0]
     lost = 0.0
@@ -188,7 +188,7 @@ def test_crushed_by_a_share_the_rest_hardens(share: float) -> None:
         dissipated = law.remember(F)
         area = np.log(np.linalg.det(law.state(F)["unloading"]))
         if area > 0.0:
-            # the estimate by the stiffness at rest is corrected a step later
+            # the estimate from the stiffness at rest is corrected one step later
             expected = 0.05 / (1.0 - area / 0.4) + (1.0 - share) / share * area
             assert pressure == pytest.approx(expected, rel=0.01)
             lost += dissipated
@@ -201,7 +201,7 @@ INELASTIC = {"fibre_yield": 0.01, "crushing": 0.01, "irreversible_damage": 0.01}
 
 @pytest.mark.parametrize("name", INELASTIC)
 def test_stresses_are_continuous_where_the_law_changes(name: str) -> None:
-    """A share of a hundredth changes them by about that, whatever is yielding."""
+    """A share of one hundredth changes the stresses by about that, whatever yields."""
     F = np.array([[0.75, 0.02, 0.01], [0.0, 1.03, -0.03], [0.02, 0.0, 1.04]])
     plain = point(rod(XYLEM)).stress(F)
     changed = point(with_(rod(XYLEM), **{name: INELASTIC[name]})).stress(F)
@@ -217,7 +217,7 @@ def test_what_combines_does_so_in_either_order() -> None:
 
 
 def test_a_yielding_beam_relaxes_in_proportion_to_what_yields() -> None:
-    """Two networks in parallel: the lasting one yields, the relaxing one has gone in the end."""
+    """Of two parallel networks the lasting one yields, and the other relaxes completely."""
     slow = with_(rod(STRONG), viscoelastic=0.25, fibre_yield=0.6)
     assert slow.law == "inelastic_viscoelasticity"
     stress, yielding = (point(t) for t in (slow, with_(rod(STRONG), fibre_yield=0.6)))
@@ -251,7 +251,7 @@ def test_companions_are_given_by_name() -> None:
 
 RADIUS = 3.0
 TISSUE = dataclasses.replace(STRONG, elastic=rf.Elastic(200.0, E_Z, 0.0, 0.0, G_XZ_MPa=1e5))
-"""Cylinders indent it by less than a hundredth of its deflection, which is all bending."""
+"""Material stiff enough across that cylinders indent it by less than 1 % of the deflection."""
 
 
 def of_a_circle(function: Callable[[float], float]) -> float:
@@ -268,14 +268,14 @@ def test_a_bimodular_rod_bears_what_its_section_does() -> None:
     pressed = 200.0 + (1.0 - loss) * (E_Z - 200.0)
 
     def moment_about(axis: float, power: int) -> float:
-        """Of the moduli; what is above the axis is pulled."""
+        """Return a moment of the moduli about an axis, above which fibres are in tension."""
         return of_a_circle(lambda y: (E_Z if y > axis else pressed) * (y - axis) ** power)
 
     axis = brentq(lambda a: moment_about(a, 1), 0.0, RADIUS)
     share = moment_about(axis, 2) / (E_Z * np.pi / 4.0 * RADIUS**4)
     assert share < 0.7
     found = force(with_(rod(TISSUE), bimodular_fibre=loss)) / force(rod(TISSUE))
-    # a mesh with which the neutral axis lies within cells, and contacts of 0.3 % each
+    # the neutral axis lies within cells of the mesh; the contacts take 0.3 % each
     assert found == pytest.approx(share, rel=0.01)
 
 
@@ -320,7 +320,7 @@ def test_a_held_rod_relaxes() -> None:
 def test_stalks_bear_less_by_about_the_derivative_where_the_law_changes(
     coarse: rf.BendingTest, name: str
 ) -> None:
-    """From one run of the elastic stalk, beside which a twin of the other law is carried along."""
+    """The derivative comes with one run of the elastic stalk, which also tracks the other law."""
     test = rf.override(coarse, ["numerics.acoustic_check=false"])
     effect, amount = rf.EFFECTS[name], 0.02
     parameter = rf.Parameter(effect.apply, effect.typical)
@@ -328,7 +328,7 @@ def test_stalks_bear_less_by_about_the_derivative_where_the_law_changes(
     assert found.by_differences == ()
     slope, elastic = found.curve[name].iloc[-1], found.curve["force_N"].iloc[-1]
     assert slope < 0.0
-    # a chord; the force is not solved tighter than to 1e-4 of it
+    # a chord against a tangent, of forces that are solved to 1e-4
     assert force(effect.apply(test, amount)) - elastic == pytest.approx(slope * amount, rel=0.1)
 
 
@@ -340,7 +340,7 @@ def test_only_lasting_damage_shows_in_unloading(coarse: rf.BendingTest) -> None:
         rf.simulate(with_(test, **{name: 0.8}), MPI.COMM_SELF).curve
         for name in ("irreversible_damage", "fibre_damage")
     )
-    # few points are unloaded while the indenter goes down
+    # only few points unload while the indenter moves down
     assert lasting["force_N"].max() == pytest.approx(elastic["force_N"].max(), rel=2e-3)
     assert lasting["force_N"].iloc[-1] < 0.97 * elastic["force_N"].iloc[-1]
     parts = lasting[["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]].sum(axis=1)

@@ -1,4 +1,4 @@
-"""Figures of results against reference pictures; `pytest --mpl-generate-path` makes new ones."""
+"""Figures of results, compared with pictures; `pytest --mpl-generate-path` makes new ones."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ramiefenics.discovery.synthetic import Secret, make_dataset
 
 TRAVEL = np.linspace(0.0, 14.0, 29)
 
-# Differences (rms of 8-bit colours) of curves: without the ring at the maximum 6, without the text
-# 24, with forces larger by 1.2 % 42; of sections: without the indenter's line or with another title
-# 9; of stalks: with cylinders of 4.5 mm for 5 mm or 1 mm aside 11, without one of them 15. Nothing
-# but another rendering of letters and edges is to be below 5.
+# Differences from the reference (rms of 8-bit colours). Curves: 6 without the ring at the maximum,
+# 24 without the text, 42 with forces larger by 1.2 %. Sections: 9 without the indenter's line or
+# with another title. Stalks: 11 with cylinders of 4.5 mm instead of 5 mm or 1 mm off, 15 without
+# one of them. Only different rendering of letters and edges should stay below 5.
 pictured = functools.partial(
     pytest.mark.mpl_image_compare, style="default", savefig_kwargs={"dpi": 50}, tolerance=5
 )
@@ -70,7 +70,7 @@ def test_stalk_between_its_cylinders(pressed: rf.BendingResult) -> Figure:
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> rf.Discovery:
-    """Of a gap, in stalks whose force is a closed formula; its numbers are tested elsewhere."""
+    """Discovery of a gap in stalks with a closed-form force; its numbers are tested elsewhere."""
     folder = tmp_path_factory.mktemp("gap") / "data"
     make_dataset(folder, Secret(rf.EFFECTS["seating_gap"], 0.5), 22, Formula())
     tried = {name: rf.EFFECTS[name] for name in ("machine_compliance", "seating_gap")}

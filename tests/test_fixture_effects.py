@@ -1,4 +1,4 @@
-"""Errors of the fixture against beams: a slender rod, whose contact hardly indents it."""
+"""Errors of the fixture, against beam theory, for a slender rod that is hardly indented."""
 
 from __future__ import annotations
 
@@ -23,60 +23,59 @@ def rod(*changes: str, friction: float = 0.0) -> rf.BendingTest:
 
 @pytest.fixture(scope="module")
 def force_N() -> float:
-    """Of the rod with no error."""
+    """Force on the rod without any error."""
     return force(rod())
 
 
 def beam(a: float, b: float) -> float:
-    """Deflection under a unit force at a from one support and b from the other."""
+    """Return the deflection under a unit force at a from one support and b from the other."""
     bending = (a * b) ** 2 / (3 * YOUNG * SECOND_MM4 * (a + b))
     return bending + a * b / ((a + b) * SHEAR_N)
 
 
 def test_a_shorter_span_is_stiffer_by_nearly_its_third_power(force_N: float) -> None:
     short = force(with_(rod(), span_error=-8.0))
-    # 0.005 for indentation, which is a larger part of the shorter beam's softness
+    # 0.005 for indentation, which is a larger part of the shorter beam's compliance
     assert short / force_N == pytest.approx(beam(100, 100) / beam(96, 96), rel=0.005)
 
 
 def test_friction_holds_the_underside_back(force_N: float) -> None:
-    """Forces H = mu F / 2 at the supports, half a height below the axis, bend it back.
+    """Forces H = mu F / 2 at the supports, half a height below the axis, bend the rod back.
 
-    Where the beam has gone down by w their moment is H (h / 2 - w). With the w of the beam
-    without friction, that takes F L^3 / (48 E I) (3 mu h / (2 L)) (1 - 8 d / (5 h)) of the
-    deflection d at midspan.
+    At a deflection w their moment is H (h / 2 - w). With the w of the beam without friction, this
+    reduces the deflection d at midspan by F L^3 / (48 E I) (3 mu h / (2 L)) (1 - 8 d / (5 h)).
     """
     coefficient = 0.5
     held = force(with_(rod(), friction=coefficient))
     taken = 1.5 * coefficient * DIAMETER / SPAN * (1 - 1.6 * TRAVEL_MM / DIAMETER)
     expected = 1 / (1 - taken)
-    # of 2.5 % more: grip is complete only after some sliding
+    # a tenth of the increase of 2.5 %: friction is fully mobilised only after some sliding
     assert held / force_N - 1 == pytest.approx(expected - 1, rel=0.1)
 
 
 @pytest.mark.slow
 def test_an_indenter_off_centre_finds_the_shorter_arms() -> None:
-    test = rod(friction=0.1)  # or the rod slides away along Z
+    test = rod(friction=0.1)  # otherwise the rod slides away along Z
     moved = with_(test, off_centre_indenter=20.0)
     assert moved.numerics.domain == "half"
-    # 1 % for indentation and friction, whose shares differ little
+    # 1 % for indentation and friction, whose contributions differ little
     assert force(moved) / force(test) == pytest.approx(beam(100, 100) / beam(80, 120), rel=0.01)
 
 
 @pytest.mark.slow
 def test_on_rounder_supports_a_bent_rod_spans_less() -> None:
-    """It leaves them where they have its slope: nearer by R sin(theta) on either side, and lower.
+    """Contact is where slopes agree: nearer by R sin(theta) on either side, and lower.
 
-    To first order the force goes with the deflection over the third power of the span.
+    To first order the force scales with the deflection over the third power of the span.
     """
     deep = rod("protocol.travel_mm=8", "numerics.stepping.max_step_mm=2")
     rounder = with_(deep, fixture_radius=15.0)
-    slope = 3 * 8.0 / SPAN  # of a beam at its supports, over its deflection and span
+    slope = 3 * 8.0 / SPAN  # slope of a beam at its supports, from deflection and span
     usual, expected = (
         (8.0 - radius * (1 - math.cos(slope))) / (SPAN - 2 * radius * math.sin(slope)) ** 3
         for radius in (RADIUS, RADIUS + 15.0)
     )
-    # of 4 % more; large rotations and the indenter's own width are left out
+    # a tenth of the increase of 4 %; large rotations and the indenter's width are neglected
     assert force(rounder) / force(deep) - 1 == pytest.approx(expected / usual - 1, rel=0.1)
 
 

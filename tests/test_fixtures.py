@@ -1,4 +1,4 @@
-"""Fixtures other than three-point bending, against beams and a ring."""
+"""Fixtures other than three-point bending, against theories of beams and a ring."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHEAR_N = SHEAR * np.pi / 4 * DIAMETER**2 * 6 * (1 + POISSON) / (7 + 6 * POISSON
 
 
 def rod(*changes: str, width: float = DIAMETER, friction: float = 0.0) -> rf.BendingTest:
-    """A slender isotropic rod; without friction unless something else must hold it along Z."""
+    """Return a slender isotropic rod; it needs friction if nothing else holds it along Z."""
     material = rf.Material(rf.Elastic.isotropic(YOUNG, POISSON))
     stalk = rf.Stalk(240.0, 0.0, (rf.Layer("core", width, material),))
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(friction, friction))
@@ -166,11 +166,12 @@ def test_mesh_is_graded_for_every_cylinder() -> None:
 
 @pytest.mark.parametrize("first_step_mm", [0.05, 0.1, 0.2])
 def test_plates_crush_a_thin_ring_as_its_closed_solution_says(first_step_mm: float) -> None:
-    """0.1488 P R^3 / (E I) of vertical and 0.1366 of lateral diameter (Timoshenko 1956, sect. 17).
+    """Diameters change by 0.1488 and 0.1366 P R^3 / (E I) (Timoshenko 1956, section 17).
 
-    Half a per cent of the diameter. A wall of a twentieth of the radius adds 0.4 % by shear and
-    thrust; the rest of the tolerance is for the mesh and the growing contact. Nothing but contact
-    holds the ring: an iterate that touches no plate drifts, which only motion ends.
+    These are the vertical and the lateral diameter. The ring is crushed by half a per cent of its
+    diameter. A wall of a twentieth of the radius adds 0.4 % by shear and thrust; the rest of the
+    tolerance is for the mesh and the growing contact. Only contact holds the ring: an iterate that
+    touches no plate drifts, and only dynamic relaxation ends this.
     """
     radius, wall, length = 20.0, 1.0, 4.0
     material = rf.Material(rf.Elastic.isotropic(YOUNG, 0.0))
@@ -201,7 +202,7 @@ def test_four_point_bending_is_pure_between_the_inner_cylinders() -> None:
     result = rf.simulate(rod(f"fixture.inner_span_mm={inner}"), MPI.COMM_SELF)
     arm = (SPAN - inner) / 2
     beam = arm**2 * (3 * SPAN - 4 * arm) / (12 * YOUNG * SECOND_MM4) + arm / (2 * SHEAR_N)
-    # of 2 mm some per cent are indentation, with which the beam is softer
+    # indentation makes up a few per cent of the 2 mm, and makes the beam softer
     assert 0.95 < end(result) * beam / 2.0 < 1.0
     body = result.snapshots[-1].body
     middle = body.points[body.cells].mean(axis=1)
@@ -211,14 +212,14 @@ def test_four_point_bending_is_pure_between_the_inner_cylinders() -> None:
         near = np.abs(middle[:, 2] - at) < 5.0
         curvatures.append(-np.polyfit(middle[near, 1], strain[near], 1)[0])
     assert curvatures == pytest.approx([curvatures[0]] * 4, rel=2e-3)
-    # contact is not quite on the axes of the cylinders: 1 mm of the arm of 60 mm
+    # contact is not quite at the axes of the cylinders: up to 1 mm of the 60 mm arm
     moment = end(result) / 2 * arm
     assert curvatures[0] == pytest.approx(moment / (YOUNG * SECOND_MM4), rel=0.02)
 
 
 @pytest.mark.slow
 def test_indenter_off_centre_finds_the_beams_stiffness() -> None:
-    """P a^2 b^2 / (3 E I L), and shear. Friction holds the rod, which else slides along Z."""
+    """The deflection is P a^2 b^2 / (3 E I L) plus shear; friction keeps the rod from sliding."""
     test = rod("numerics.domain=half", "fixture.indenter_offset_mm=40", friction=0.1)
     a, b = SPAN / 2 - 40.0, SPAN / 2 + 40.0
     beam = (a * b) ** 2 / (3 * YOUNG * SECOND_MM4 * SPAN) + a * b / (SPAN * SHEAR_N)
@@ -228,7 +229,7 @@ def test_indenter_off_centre_finds_the_beams_stiffness() -> None:
 
 @pytest.mark.slow
 def test_cantilever_between_two_rollers_finds_the_beams_stiffness() -> None:
-    """P c^2 (d + c) / (3 E I) of a beam with an overhang c (Gere and Goodno 2013, Table G-1)."""
+    """An overhang c deflects by P c^2 (d + c) / (3 E I) (Gere and Goodno 2013, Table G-1)."""
     d, c = 60.0, 80.0
     held = stated(
         ("nose", "above", True, c, 5.0),
@@ -257,5 +258,5 @@ def test_ellipse_turned_by_a_right_angle_is_the_one_with_swapped_diameters() -> 
     turned = rod("stalk.section_height_mm=6", "stalk.rotation_deg=90", *changes, friction=0.1)
     swapped = rod("stalk.section_height_mm=8", *changes, width=6.0, friction=0.1)
     forces = [end(rf.simulate(test, MPI.COMM_SELF)) for test in (turned, swapped)]
-    # the same section with nodes at other places; lying or upright is a factor of 1.78
+    # the same section with other nodes; lying and upright differ by a factor of 1.78
     assert forces[0] == pytest.approx(forces[1], rel=0.01)

@@ -1,4 +1,4 @@
-"""Friction with memory: its law by itself, at points of a surface, and in a bend."""
+"""Friction with memory: the law alone, at the points of a surface, and in a bend."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def slide(path: np.ndarray) -> tuple[np.ndarray, float, float]:
 
 
 def exact(directions: list[np.ndarray], length: float) -> np.ndarray:
-    """Integrate the law of the module's docstring along straight pieces; b and the length slid."""
+    """Return b and the length slid, by integrating the law along straight pieces."""
     state = np.zeros(4)
     for direction in directions:
 
@@ -53,12 +53,12 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 @pytest.mark.parametrize("turn", [Z, -X, X])
 def test_law_follows_its_differential_equations(turn: np.ndarray) -> None:
-    """Around a corner, back, and straight on, in steps of a presliding length and of a tenth."""
+    """Paths turn a corner, go back, or go on, in steps of one or a tenth of a presliding length."""
     length, wanted = 0.06, exact([X, turn], 0.06)
     for steps, tolerance in ((3, 0.1), (30, 0.02)):
         path = np.repeat([length / steps * X, length / steps * turn], steps, axis=0)
         b, slid, coefficient = slide(path)
-        # b is exact along straight pieces, but for the rounding of the slip's magnitude
+        # b is exact along straight pieces, except for the smoothing of the slip's magnitude
         assert b == pytest.approx(wanted[:3], abs=2e-3)
         assert slid == pytest.approx(wanted[3], rel=tolerance)
         fallen = np.exp(-slid / FRICTION.weakening_mm)
@@ -66,21 +66,21 @@ def test_law_follows_its_differential_equations(turn: np.ndarray) -> None:
 
 
 def test_friction_does_not_depend_on_steps() -> None:
-    """Straight slip in one step or in a hundred, to the rounding of its magnitude."""
+    """One step or a hundred give the same straight slip, up to the smoothing of its magnitude."""
     at_once, slowly = (slide(np.repeat([0.1 / n * Z], n, axis=0)) for n in (1, 100))
     assert at_once[0] == pytest.approx(slowly[0], abs=2e-3)
     assert at_once[1] == pytest.approx(slowly[1], rel=2e-2)
 
 
 def test_small_slip_springs_back() -> None:
-    """There and back by a hundredth of the presliding length leaves no friction."""
+    """Slip forth and back by a hundredth of the presliding length leaves no friction."""
     b, slid, _ = slide(0.01 * PRESLIDING_MM * np.array([X, -X]))
     assert np.abs(b).max() < 2e-4  # the square of the share
     assert slid < 1e-3 * PRESLIDING_MM
 
 
 def test_dissipation_is_what_slip_does_not_give_back() -> None:
-    """Work less what springs back, ``d |b|^2 / 2``, around a corner and back; never negative."""
+    """It is the work minus the elastic part, ``d |b|^2 / 2``, on any path; never negative."""
     law = FrictionLaw(POINT, FRICTION, PRESLIDING_MM)
     b, slip = fem.Constant(POINT, np.zeros(3)), fem.Constant(POINT, np.zeros(3))
     grip = Grip(b, fem.Constant(POINT, 0.0))
@@ -101,14 +101,14 @@ def test_dissipation_is_what_slip_does_not_give_back() -> None:
             ]
             kept = PRESLIDING_MM * (np.dot(end, end) - start @ start) / 2
             found = value.eval(POINT, np.array([0], dtype=np.int32)).reshape(-1)
-            # the slip's magnitude is rounded by 1e-6 presliding lengths
+            # the slip's magnitude is smoothed over 1e-6 presliding lengths
             assert found[3] == pytest.approx(work - kept, abs=1e-5 * PRESLIDING_MM)
             assert found[3] >= 0.0
             b.value = found[:3]
 
 
 def test_friction_never_gives_work_back(coarse: BendingTest) -> None:
-    """Loaded and unloaded; points that stuck spring back at the reversal."""
+    """In loading and unloading; sticking points spring back at the reversal."""
     changes = ["protocol.travel_mm=0.6", "protocol.then=[{to_mm=0.3}]"]
     curve = simulate(override(coarse, [*changes, "numerics.acoustic_check=false"])).curve
     assert curve["friction_work_Nmm"].diff().min() >= 0.0
@@ -117,7 +117,7 @@ def test_friction_never_gives_work_back(coarse: BendingTest) -> None:
 
 @pytest.mark.parametrize("degree", [4, 6])
 def test_points_remember_exactly_what_they_are_told(degree: int) -> None:
-    """Whatever face of a cell is at the boundary."""
+    """This holds for any face of a cell at the boundary."""
     mesh = dmesh.create_unit_cube(MPI.COMM_SELF, 2, 1, 2, dmesh.CellType.hexahedron)
     x = ufl.SpatialCoordinate(mesh)
     for axis, at in ((0, 0.0), (1, 1.0), (2, 1.0)):
@@ -137,7 +137,7 @@ def test_points_remember_exactly_what_they_are_told(degree: int) -> None:
 
 @pytest.mark.slow
 def test_peak_plateau_and_work_do_not_depend_on_steps(screening: BendingTest) -> None:
-    """Steps of 1 to 0.1 mm: the peak to 0.2 %, the plateau's ends to 0.25 mm."""
+    """Steps of 1 to 0.1 mm agree on the peak to 0.2 %, and on the plateau's ends to 0.25 mm."""
     peaks, works = [], []
     for step in (1.0, 0.5, 0.25, 0.1):
         changes = [f"numerics.stepping.{name}_step_mm={step}" for name in ("max", "first")]
@@ -152,5 +152,5 @@ def test_peak_plateau_and_work_do_not_depend_on_steps(screening: BendingTest) ->
         assert peak.force_N == pytest.approx(best.force_N, rel=0.002)
         assert peak.plateau_mm == pytest.approx(best.plateau_mm, abs=0.25)
         assert abs(peak.force_N - best.force_N) < 2.0 * (peak.step_error_N + best.step_error_N)
-    # work converges: each halving of the step leaves less to come
+    # the work converges as the step decreases
     assert works == pytest.approx([works[-1]] * 4, rel=0.05)

@@ -1,4 +1,4 @@
-"""Several tests of one stalk, which remembers what was done to it."""
+"""Several tests of one stalk, whose material remembers the earlier ones."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_what_cannot_follow_is_refused(coarse: BendingTest, changes, message: st
 
 
 def test_an_elastic_stalk_bends_again_as_at_first(there_and_back: BendingTest) -> None:
-    """On another span as if that were its first test, but for the mesh, which serves both."""
+    """On another span too it bends as in a first test, on a mesh that serves both spans."""
     tight = override(there_and_back, ["numerics.stepping.relative_tolerance=1e-8"])
     test = override(tight, ["further=[{fixture={span_mm=80}}, {protocol={then=[]}}]"])
     result = simulate(test, MPI.COMM_SELF)
@@ -57,7 +57,7 @@ def test_an_elastic_stalk_bends_again_as_at_first(there_and_back: BendingTest) -
 def test_a_second_test_goes_on_from_what_the_first_has_left(
     there_and_back: BendingTest, tmp_path: Path
 ) -> None:
-    """Against loading again in the same run: the path is the same, but for where it begins."""
+    """Compared with reloading in the same run: the path is the same, except for its start."""
     yielding = override(there_and_back, ["law=fibre_plasticity", "protocol.travel_mm=4"])
     further = "further=[{protocol={travel_mm=4.5, then=[]}}]"
     result = simulate(override(yielding, [further]), MPI.COMM_SELF)
@@ -67,12 +67,12 @@ def test_a_second_test_goes_on_from_what_the_first_has_left(
     reloading = again.iloc[len(result.curve) - 1 :]
     (second,) = result.further
     assert second.curve["dissipated_Nmm"].iloc[0] == result.curve["dissipated_Nmm"].iloc[-1] > 0.0
-    # how far the indenter goes before it touches what has been bent
+    # how far the indenter moves before it touches the bent stalk
     x, force = (reloading[name].to_numpy() for name in ("displacement_mm", "force_N"))
     later = second.curve[["displacement_mm", "force_N"]].to_numpy()[1:]
     gaps = np.interp(later[2:6, 1], force, x) - later[2:6, 0]
     assert gaps.mean() > 0.1
-    # friction forgets where the stalk rested: its share of the force is about one per cent
+    # the state of friction is lost between tests: its share of the force is about one per cent
     assert np.ptp(gaps) < 0.05 * gaps.mean() + 0.02
     rf.write_folder(result, tmp_path / "found")
     read = rf.read_folder(tmp_path / "found")
@@ -89,11 +89,11 @@ def test_a_second_test_goes_on_from_what_the_first_has_left(
 
 @pytest.mark.parametrize("law", ["crushing", "viscoelasticity"])
 def test_what_is_remembered_turns_with_the_stalk(there_and_back: BendingTest, law: str) -> None:
-    """Turned and deformed as before, it stores what it stored, and would have dissipated."""
+    """Turned and deformed as before, it has the same stored and dissipated energy."""
     test = override(there_and_back, ["numerics.domain=full", f"law={law}"])
     turned = override(test, ["stalk.rotation_deg=30"])
     before, after = (BendingProblem(one, MPI.COMM_SELF) for one in (test, turned))
-    # crushed aslant, then let go in part: no axis of the memory is one of the mesh
+    # crushed obliquely, then partly unloaded: no axis of the memory is an axis of the mesh
     crush = np.array([[-0.12, 0.05, 0.0], [0.02, -0.2, 0.01], [0.0, 0.0, 0.01]])
     angle = np.radians(30.0)
     turn = np.eye(3)
@@ -110,7 +110,7 @@ def test_what_is_remembered_turns_with_the_stalk(there_and_back: BendingTest, la
         problem.solid.duration.value = 3.0
     assert min(before.energies()) > 0.0
     assert after.energies() == pytest.approx(before.energies(), rel=1e-9)
-    unturned = BendingProblem(test, MPI.COMM_SELF)  # the test could fail
+    unturned = BendingProblem(test, MPI.COMM_SELF)  # shows that the comparison can fail
     unturned.take_over(before)
     unturned.displacement.interpolate(lambda x: turn @ (0.5 * crush) @ turn.T @ x)
     unturned.solid.duration.value = 3.0

@@ -1,4 +1,4 @@
-"""Every example of the gallery runs, and draws what is stored beside it."""
+"""Every example of the gallery runs and draws a figure, and a picture is stored beside it."""
 
 from __future__ import annotations
 

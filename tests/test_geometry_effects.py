@@ -1,4 +1,4 @@
-"""Geometry against the second moments of sections in closed form, of the mesh and in bending."""
+"""Effects on the geometry: second moments of the mesh and bending forces, in closed form."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OUTER, INNER = 8.0, 4.0
 
 
 def tube(*changes: str) -> rf.BendingTest:
-    """Thick-walled, so that it hardly flattens."""
+    """Return a thick-walled tube, which hardly flattens."""
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
     elements = ("numerics.mesh.wall_elements=1", "numerics.mesh.rind_elements=1")
     return slender(INNER, OUTER, fixture, *elements, *changes)
@@ -27,7 +27,7 @@ def tube(*changes: str) -> rf.BendingTest:
 
 @pytest.fixture(scope="module")
 def force_N() -> float:
-    """Of the tube as it was noted."""
+    """Force on the tube without any error."""
     return force(tube())
 
 
@@ -36,7 +36,7 @@ def ring(outer: float, inner: float) -> float:
 
 
 def eccentric(offset: float) -> float:
-    """Second moment about the centroid, which is off the axis (parallel axes)."""
+    """Return the second moment about the centroid, which is off the axis (parallel axes)."""
     void, area = math.pi / 4 * INNER**2, math.pi / 4 * (OUTER**2 - INNER**2)
     centroid = -void * offset / area
     return ring(OUTER, INNER) - void * offset**2 - area * centroid**2
@@ -66,7 +66,7 @@ def test_meshes_have_the_sections_second_moment(
     area, first, second = (
         fem.assemble_scalar(fem.form(value * dx)) for value in (fem.Constant(mesh, 1.0), y, y**2)
     )
-    # a quarter of a length of 240 mm; quadratic arcs of 22.5 degrees, on which the wall changes
+    # a quarter of a stalk of 240 mm; quadratic arcs of 22.5 degrees, where the wall changes
     assert (second - first**2 / area) / 60.0 == pytest.approx(second_mm4, rel=2e-3)
 
 
@@ -74,7 +74,7 @@ def test_meshes_have_the_sections_second_moment(
 def test_forces_follow_the_second_moment(
     force_N: float, name: str, amplitude: float, second_mm4: float
 ) -> None:
-    """Of a beam 25 times as long as high shear takes 0.5 %, the contact about 1 %, in either."""
+    """Shear takes 0.5 % and contact about 1 % of a beam 25 times as long as high, in both cases."""
     changed = force(with_(tube(), **{name: amplitude}))
     assert changed / force_N == pytest.approx(second_mm4 / ring(OUTER, INNER), rel=0.01)
 
@@ -116,7 +116,7 @@ def test_there_is_no_wall_nor_void_where_pith_is(screening: rf.BendingTest) -> N
 
 
 def volume(test: rf.BendingTest, tag: int) -> float:
-    """Of the cells with a tag, mm3, on the part of the stalk that is meshed."""
+    """Return the volume of the cells with a tag, mm3, in the modelled part of the stalk."""
     built = build_tube(test, MPI.COMM_SELF)
     dx = ufl.Measure("dx", built.mesh, subdomain_data=built.cells)
     return float(fem.assemble_scalar(fem.form(fem.Constant(built.mesh, 1.0) * dx(tag))))
@@ -126,7 +126,7 @@ def volume(test: rf.BendingTest, tag: int) -> float:
 def test_a_node_closes_the_void_where_it_is(at_mm: float, share: float) -> None:
     noded = with_(tube(f"stalk.node_at_mm={at_mm}"), node=3.0)
     assert noded.numerics.domain == ("quarter" if at_mm == 0.0 else "half")
-    # quadratic arcs of 45 degrees leave 1e-3 of a circle
+    # quadratic arcs of 45 degrees have an error of 1e-3 of a circle
     assert volume(noded, 2) == pytest.approx(share * math.pi / 4 * INNER**2 * 3.0, rel=2e-3)
     assert volume(noded, 1) == pytest.approx(volume(tube(), 1) * 4 * share, rel=1e-6)
     built = build_tube(noded, MPI.COMM_SELF)
@@ -137,27 +137,27 @@ def test_a_node_closes_the_void_where_it_is(at_mm: float, share: float) -> None:
     bore, ends = (
         fem.assemble_scalar(fem.form(one * ds(SURFACES[name]))) for name in ("inner", "ends")
     )
-    # of a whole stalk the bore has two faces of the node, and two ends
+    # in a whole stalk the bore includes two faces of the node, and there are two ends
     faces, wall = 2 * math.pi / 4 * INNER**2, math.pi * INNER * (240.0 - 3.0)
     assert bore == pytest.approx(share * (faces + wall), rel=2e-3)
     assert ends == pytest.approx(share * 2 * math.pi / 4 * (OUTER**2 - INNER**2), rel=2e-3)
 
 
 def test_a_node_as_long_as_the_stalk_is_a_core(force_N: float) -> None:
-    """Beyond the supports it bears nothing: 210 mm of it are all that is bent.
+    """A node of 210 mm fills all that is bent, as nothing beyond the supports bears load.
 
-    Of one isotropic material it makes the tube a rod, whose second moment is the closed one's.
+    In a stalk of one isotropic material it makes the tube a rod, whose second moment is known.
     """
     filled = force(with_(tube("stalk.node_thickness_mm=190"), node=20.0))
-    # of shear and contact the rod has other shares than the tube, of 1 % each
+    # shear and contact take different shares in rod and tube, of 1 % each
     assert filled / force_N == pytest.approx(ring(OUTER, 0.0) / ring(OUTER, INNER), rel=0.02)
 
 
 @pytest.mark.slow
 def test_a_node_beside_the_supports_bears_nothing() -> None:
-    friction = ("fixture.friction.static=0.1", "fixture.friction.dynamic=0.1")  # or it may slide
+    friction = ("fixture.friction.static=0.1", "fixture.friction.dynamic=0.1")  # prevents sliding
     beside = with_(tube(*friction, "stalk.node_at_mm=114"), node=3.0)
-    # the section is cut otherwise around a core
+    # the section is meshed differently around a core
     assert force(beside) == pytest.approx(force(tube(*friction)), rel=2e-3)
 
 

@@ -1,4 +1,4 @@
-"""Growth stress against the axial stress of rods, strips cut out of them, and bending."""
+"""Growth stress: axial stress in tubes, strips cut out of them, and bending."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MEAN_RADIUS = 2 / 3 * (OUTER**3 - INNER**3) / (OUTER**2 - INNER**2) / 2
 
 
 def tube(*changes: str) -> rf.BendingTest:
-    """Thick-walled, so that it hardly flattens."""
+    """Return a thick-walled tube, which hardly flattens."""
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
     elements = ("numerics.mesh.wall_elements=1", "numerics.mesh.rind_elements=1")
     return slender(INNER, OUTER, fixture, *elements, *changes)
@@ -34,7 +34,7 @@ def tube(*changes: str) -> rf.BendingTest:
 
 @pytest.fixture(scope="module")
 def rested() -> Solid:
-    """A tube of fibres that has come to rest, half its length."""
+    """Half the length of a tube of fibres that has come to rest."""
     around = ("numerics.mesh.angular_elements=8", "numerics.mesh.side_growth=1")
     test = with_(tube(*around), growth_stress=STRAIN)
     built = build_tube(test, MPI.COMM_SELF)
@@ -53,7 +53,7 @@ CONSTANTS = [
 
 
 def test_fibres_are_in_tension_outside_and_in_balance(rested: Solid) -> None:
-    """Far from the ends stress is E times the strain that is given: nothing moves."""
+    """Far from the ends nothing moves, and the stress is E times the given strain."""
     points = np.array([[0.5, 0.5, 0.5]])
     cells = np.arange(rested.mesh.topology.index_map(3).size_local, dtype=np.int32)
     x = ufl.SpatialCoordinate(rested.mesh)
@@ -74,7 +74,7 @@ def test_fibres_are_in_tension_outside_and_in_balance(rested: Solid) -> None:
 
 
 def test_a_strip_cut_out_bends_outwards_until_it_is_free_of_stress() -> None:
-    """The strain is linear in the radius, so that its release is a bend of that slope."""
+    """The strain is linear in the radius, so its release is a curvature of this slope."""
     test = with_(tube(), growth_stress=STRAIN)
     across, along = np.linspace(INNER / 2, OUTER / 2, 3), np.linspace(0.0, 20.0, 6)
     mesh = second_order(block(np.array([-0.1, 0.1]), across, along))
@@ -89,7 +89,7 @@ def test_a_strip_cut_out_bends_outwards_until_it_is_free_of_stress() -> None:
     bend, second = (fem.assemble_scalar(compile_form(f * y * dx)) for f in (stretch, y))
     released = -STRAIN / (OUTER / 2 - MEAN_RADIUS)
     assert bend / second == pytest.approx(released, rel=5e-3)  # strains of 0.003 are small
-    density = YOUNG * STRAIN**2 / 2  # as large as at the surface
+    density = YOUNG * STRAIN**2 / 2  # energy density at the surface
     assert solid.energies()[0] < 1e-3 * density * 0.2 * 2.0 * 20.0
 
 
@@ -114,7 +114,7 @@ def test_cylinders_just_touch_the_stalk_at_rest(coarse: rf.BendingTest) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("strain", [STRAIN, -STRAIN])
 def test_fibres_give_way_later_or_earlier_as_the_bent_section_has_it(strain: float) -> None:
-    """The force over that without growth stress, of a beam whose fibres saturate."""
+    """The ratio to the force without growth stress is that of a beam whose fibres saturate."""
     changes = [f"stalk.layers.wall.material.elastic.{k}={v}" for k, v in CONSTANTS]
     changes += ["stalk.layers.wall.material.large_strain.fibre_strength=0.02"]
     changes += ["law=saturating_fibre", f"protocol.travel_mm={TRAVEL}"]
@@ -129,7 +129,7 @@ TRAVEL = 5.0
 
 
 def beam_force(material: rf.Material, strain: float) -> float:
-    """Force at the travel of a slender beam of fibres, by their curve of uniaxial stress."""
+    """Return the force on a slender beam of fibres at the travel, from their uniaxial curve."""
     point, strains = Point("saturating_fibre", material), np.linspace(-0.03, 0.03, 241)
     pulled = [point.free_sides({(2, 2): 1.0 + e}) for e in strains]
     stresses = [point.stress(F)[2, 2] for F in pulled]

@@ -1,4 +1,4 @@
-"""Raw files of testing machines to data sets."""
+"""Import of raw files of testing machines into data sets."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_columns_of_displacement_and_force(tmp_path: Path, between: str, comma: 
 
 
 def test_time_and_force_at_constant_speed(tmp_path: Path) -> None:
-    """10 mm/min at 200 Hz: 14 mm take 84 s, 16,800 rows apart by 0.83 um."""
+    """At 10 mm/min and 200 Hz, 14 mm take 84 s and give 16,800 rows, 0.83 um apart."""
     time = np.arange(16801) / 200.0
     force = 84.0 * np.sin(np.pi * time / 6.0 / 20.0)
     path = tmp_path / "a.txt"
@@ -304,9 +304,9 @@ def test_command_makes_a_data_set_that_is_read(
     assert data.records[0].row["Maximum Load (N)"] == "84.00000"
     assert data.layout.speed_mm_per_min == 10.0
     check(data.records[1].curve)
-    # without being told
+    # the diameter is known without any option for it
     assert rf.read_dataset(out).records[0].test.stalk.outer_diameter_mm == 14.23
-    assert run(monkeypatch, *arguments) == 2  # what was edited is not overwritten
+    assert run(monkeypatch, *arguments) == 2  # a data set that may have been edited is kept
 
 
 def test_command_refuses_in_one_sentence_and_writes_nothing(
@@ -366,11 +366,11 @@ def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> Non
 
 
 FIRST = 40
-"""Rows of the files below, which is enough to tell them apart."""
+"""Number of rows in the files below, enough to distinguish the columns."""
 
 
 def lines_of(order: str, between: str, number: str, comma: bool = False) -> str:
-    """Return rows of t, d and f in some order, as a machine writes them."""
+    """Return rows of time, displacement and force in some order, as a machine writes them."""
     rows = []
     for d, f in zip(TRAVEL[:FIRST], FORCE[:FIRST], strict=True):
         value = {"t": 6 * d, "d": d, "f": f}

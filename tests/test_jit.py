@@ -1,4 +1,4 @@
-"""Compiled forms: the cache on disk, and what a process keeps."""
+"""Compiled forms: the cache on disk, and that in a process."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ramiefenics.model.seal import is_sound
 
 
 def test_killed_compilation_blocks_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """FFCx alone waits for ten seconds for a C file's product, then raises TimeoutError."""
+    """FFCx alone would wait ten seconds for the compiled file, then raise TimeoutError."""
     monkeypatch.setattr(jit, "CACHE", tmp_path)
     mesh = dmesh.create_interval(MPI.COMM_SELF, 3, (0.0, 2.0))
     length = fem.Constant(mesh, 1.0) * ufl.dx
     jit.compile_form(length)
     (finished,) = tmp_path.glob("*/*.c.cached")
-    finished.unlink()  # as if killed before
-    monkeypatch.setattr(jit, "_forms", {})  # and this were another process
+    finished.unlink()  # as if the compilation had been killed
+    monkeypatch.setattr(jit, "_forms", {})  # as if this were another process
     start = time.monotonic()
     assert fem.assemble_scalar(jit.compile_form(length)) == pytest.approx(2.0)
     assert time.monotonic() - start < 8.0
@@ -37,7 +37,7 @@ def damage(path: Path) -> None:
     """Change one bit in the middle of a file."""
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
-    path.unlink()  # what has been loaded stays as it was
+    path.unlink()  # a library that is already loaded stays as it was
     path.write_bytes(content)
 
 
@@ -80,14 +80,14 @@ def strip(length: float) -> tuple[dmesh.Mesh, fem.Function, fem.Function]:
 
 
 def moment(length: float, factor: float, at_end: bool = False) -> float:
-    """Integrate ``factor * d/du (u^2 w) = 2 factor u w`` with u = w = x, or take it at the end."""
+    """Return the integral or end value of ``factor * d/du (u^2 w) = 2 factor u w``, u = w = x."""
     mesh, x, unused = strip(length)
     u, scale = fem.Function(x.function_space), fem.Constant(mesh, factor)
     u.x.array[:] = x.x.array
     end = dmesh.locate_entities_boundary(mesh, 0, lambda at: np.isclose(at[0], length))
     tags = dmesh.meshtags(mesh, 0, end, np.full(len(end), 7, dtype=np.int32))
     measure = ufl.Measure("ds", mesh, subdomain_data=tags)(7) if at_end else ufl.dx(mesh)
-    # linear in what is not used: its derivative lacks it
+    # linear in `unused`, which the derivative therefore does not contain
     energy = scale * u**2 * x + unused
     v = ufl.TestFunction(x.function_space)
     form = jit.compile_form(ufl.derivative(energy * measure, u, v))

@@ -1,4 +1,4 @@
-"""Jumps: the von Mises truss, whose solution is known, and a bend whose material collapses."""
+"""Jumps: the von Mises truss, whose solution is known, and bends whose material collapses."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from ramiefenics.specification import Protocol, Stepping
 RISE, HALF_SPAN, AXIAL_STIFFNESS_N = 1.0, 10.0, 4000.0
 LENGTH = np.hypot(RISE, HALF_SPAN)
 SCALE = AXIAL_STIFFNESS_N / (2 * LENGTH**3)
-SPRING = 0.2 * SCALE * RISE**2  # a fifth of what would hold the truss on its path
+SPRING = 0.2 * SCALE * RISE**2  # a fifth of the stiffness that would prevent a jump
 
 
 def truss_force(w: np.ndarray) -> np.ndarray:
-    """Force on one bar's apex against its descent, by Green strain (w^2 - 2 h w) / (2 L^2)."""
+    """Return the force on a bar's apex at descent w; Green strain is (w^2 - 2 h w) / (2 L^2)."""
     return SCALE * w * (w - 2 * RISE) * (w - RISE)
 
 
@@ -42,7 +42,7 @@ def energy(w: float, d: float) -> float:
 
 @dataclass(frozen=True)
 class Reading:
-    """What the spring tells."""
+    """Observed state of the truss and its spring."""
 
     force_N: float
     stored_energy_Nmm: float
@@ -56,7 +56,7 @@ class Reading:
 
 
 class Truss:
-    """Half of a von Mises truss, pushed down through a spring that is softer than its descent."""
+    """Half of a von Mises truss, pushed down by a spring soft enough for it to snap through."""
 
     factor = 1.0
 
@@ -111,7 +111,7 @@ class Truss:
 
 
 def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
-    """d = w + F(w)/k turns back at w1; the jump ends at w2 = 3 h - 2 w1, the cubic's other root."""
+    """d = w + F(w)/k has a fold at w1; the jump ends at the cubic's other root w2 = 3 h - 2 w1."""
     share = SPRING / SCALE
     w1 = RISE - np.sqrt((RISE**2 - share) / 3)
     w2 = 3 * RISE - 2 * w1
@@ -127,13 +127,13 @@ def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
 
     assert stepper.ending is not None
     assert stepper.ending.kind == "completed"
-    for step in steps:  # an equilibrium, each of them
+    for step in steps:  # each is an equilibrium
         w = step.observables.apex_mm
         assert w + truss_force(w) / SPRING == pytest.approx(step.travel_mm, abs=1e-5)
     (jump,) = [step.jump for step in steps if step.jump is not None]
-    # found within the smallest step, twice min_step_mm at most
+    # found to within the smallest step, at most twice min_step_mm
     assert fold < jump.displacement_mm < fold + 0.004
-    # beyond the fold by up to that step: the energy grows by force difference times overshoot
+    # up to that step beyond the fold: the energy grows by the force drop times the overshoot
     assert jump.energy_released_Nmm == pytest.approx(released, rel=0.02)
     apex = {step.travel_mm: step.observables.apex_mm for step in steps}
     before = [w for d, w in apex.items() if d < jump.displacement_mm]
@@ -143,7 +143,7 @@ def test_truss_snaps_through_where_and_as_far_as_it_must() -> None:
 
 
 class PushedTruss(Truss):
-    """One whose spring is not counted, as the energy of contact is not: it can only gain."""
+    """A truss whose stored energy leaves out the spring, as a bend's leaves out the contact."""
 
     def stored_energy(self) -> float:
         return super().stored_energy() - SPRING * self.stretch() ** 2 / 2
@@ -153,7 +153,7 @@ class PushedTruss(Truss):
 
 
 def test_dynamic_relaxation_lets_itself_be_pushed() -> None:
-    """From rest, far below its apex: work from outside is no motion up a barrier."""
+    """It starts at rest, pushed far down: external work must not be mistaken for a barrier."""
     truss, push = PushedTruss(), 2.7
     truss.place(push, 1.0)
     newton = Newton(truss.equations, max_iterations=20)
@@ -166,7 +166,7 @@ def test_dynamic_relaxation_lets_itself_be_pushed() -> None:
 
 @pytest.mark.slow
 def test_published_law_gets_beyond_its_first_collapse(screening: BendingTest) -> None:
-    """Its phloem gives way at 2 mm, pushed by the indenter, and carries on."""
+    """Its phloem collapses under the indenter at 2 mm, and the run goes on."""
     changes = ["law=svk", "numerics.mesh=ladder_q1_1", "protocol.travel_mm=3"]
     result = simulate(override(screening, changes), MPI.COMM_SELF)
     assert result.completed, result.ending
@@ -176,7 +176,7 @@ def test_published_law_gets_beyond_its_first_collapse(screening: BendingTest) ->
 
 @pytest.mark.slow
 def test_derivatives_may_refuse_a_jump(screening: BendingTest) -> None:
-    """Asked for on a path without jumps, they end with the displacement of the first."""
+    """If jumps are not allowed, an error gives the displacement of the first."""
     changes = ["law=svk", "numerics.mesh=ladder_q1_1", "protocol.travel_mm=3"]
     with pytest.raises(SpecificationError, match=r"displacement_mm = .*jump"):
         sensitivities(override(screening, changes), {}, MPI.COMM_SELF, jumps=False)
@@ -184,7 +184,7 @@ def test_derivatives_may_refuse_a_jump(screening: BendingTest) -> None:
 
 @pytest.mark.slow
 def test_collapsing_bend_jumps_and_relaxes(screening: BendingTest) -> None:
-    """The neo-Hookean law's phloem kinks, and gives way suddenly; when is a matter of the mesh."""
+    """With the neo-Hookean law the phloem kinks suddenly; when it does depends on the mesh."""
     changes = ["law=neo_hookean", "numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size=0.015"]
     result = simulate(override(screening, changes), MPI.COMM_SELF)
     assert result.completed
@@ -198,9 +198,9 @@ def test_collapsing_bend_jumps_and_relaxes(screening: BendingTest) -> None:
 
 @pytest.mark.slow
 def test_stick_and_slip_relaxes_on_serendipity_elements(screening: BendingTest) -> None:
-    """Friction that weakens faster than the stalk gives way breaks loose; the stalk comes to rest.
+    """Friction that weakens faster than the stalk unloads breaks loose; the stalk comes to rest.
 
-    Row sums of the mass of these elements are negative at their corners.
+    The row sums of the mass matrix of these elements are negative at their corners.
     """
     changes = [
         "fixture.friction.weakening_mm=0.1",
@@ -218,7 +218,7 @@ def test_stick_and_slip_relaxes_on_serendipity_elements(screening: BendingTest) 
 
 
 def test_stepper_and_its_factors_are_freed() -> None:
-    """PETSc's Python matrices hide reference cycles from the garbage collector."""
+    """PETSc's Python matrices could hide reference cycles from the garbage collector."""
     truss = Truss()
     stepper = QuasiStatic(truss, truss.observe, Protocol(travel_mm=0.1), Stepping())
     assert len(list(stepper.steps())) > 1
@@ -230,9 +230,9 @@ def test_stepper_and_its_factors_are_freed() -> None:
 
 @pytest.mark.mpi
 def test_dynamic_relaxation_ends_where_newton_arrives(coarse: BendingTest) -> None:
-    """From the stalk at rest, pushed by 0.5 mm, to the one equilibrium there is.
+    """Pushed by 0.5 mm from rest, the stalk reaches its only equilibrium.
 
-    Without friction: with it there is one for every path.
+    There is no friction, with which the equilibrium would depend on the path.
     """
     smooth = ["fixture.friction.static=0", "fixture.friction.dynamic=0"]
     coarse = override(coarse, smooth)
@@ -256,5 +256,5 @@ def test_mass_is_density_times_volume(coarse: BendingTest) -> None:
     areas = np.pi * np.diff(np.array(stalk.radii_mm) ** 2)
     densities = [1e-9 * layer.material.density_g_per_cm3 for layer in stalk.layers]
     exact = np.dot(areas, densities) * stalk.length_mm / problem.factor
-    # 6 straight edges along half the circumference leave out 4.5 % of the circle
+    # 6 straight edges along half the circumference miss 4.5 % of the circle
     assert per_direction == pytest.approx(exact, rel=0.05)

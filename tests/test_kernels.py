@@ -1,4 +1,4 @@
-"""Generated C against UFL's own derivatives and the form compiler, for every law."""
+"""Generated C code, against UFL's own derivatives and the form compiler, for every law."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from ramiefenics.verification.block import all_around, block, layers, second_ord
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
-"""Of results over the largest of them."""
+"""Tolerance of results, relative to the largest of them."""
 
 OWN = """
 import ufl
@@ -64,7 +64,7 @@ MINE = Law("mine", NEO_HOOKEAN.parameters, energy)
 
 
 LONG = "inelastic_viscoelasticity"
-"""Without C ten seconds; in parts the others have it."""
+"""Law that takes ten seconds without C; its parts occur in the other laws."""
 
 
 @pytest.fixture(
@@ -114,7 +114,7 @@ def _terminal(node: tuple[Any, ...], given: dict[str, float]) -> float:
 
 
 class Reference:
-    """A law at a point as UFL differentiates it, evaluated without C."""
+    """A law at a point, differentiated by UFL and evaluated without C."""
 
     def __init__(self, law: Law, given: Array, p: dict[str, float], last: dict[str, Array]) -> None:
         self._graph, self._terminals = Graph(), {}
@@ -150,7 +150,7 @@ def differentiated(expression: Any) -> Any:
 
 
 def remembered(law: Law, rng: np.random.Generator) -> dict[str, Array]:
-    """Internal variables near rest; tensors are symmetric."""
+    """Return random internal variables near rest; tensors are symmetric."""
     start = {} if law.memory is None else law.memory.start
     found = {}
     for name, value in start.items():
@@ -170,7 +170,7 @@ def test_at_a_point_it_is_what_ufl_differentiates(law: str) -> None:
     def result(which: str) -> Array:
         return kernel.evaluate(which, F, np.array(list(p.values())), before, 0.7)
 
-    lost = 5.0 if last else 0.0  # before
+    lost = 5.0 if last else 0.0  # dissipated before
     pairs = [
         (result("stress"), expected.of(expected.stress)),
         (result("tangent"), expected.of(ufl.diff(expected.stress, expected.F))),
@@ -193,7 +193,7 @@ def test_lowering_is_what_ufl_evaluates() -> None:
 
 
 def deformed(order: int, serendipity: bool, law: str, differs: bool = False) -> Solid:
-    """Two distorted cells at random displacements, which remember a step there.
+    """Return two distorted cells at random displacements, with a step in their memory.
 
     Moduli, fibres and their stretch at rest may differ from point to point.
     """
@@ -239,7 +239,7 @@ def compare(by_kernel: Term, by_form: Term, u: fem.Function, bcs: list[fem.Diric
 
 
 def check_cells(solid: Solid) -> None:
-    """Forces, stiffness with held components, energies and memory against the form compiler's."""
+    """Compare forces, stiffness with held components, and energies with the form compiler's."""
     u = solid.displacement
     bcs = [solid.symmetry(all_around(solid.mesh)[:4], axis=1)]
     by_kernel, by_form = (
@@ -258,7 +258,7 @@ def assembled(functional: Any) -> float:
 
 @pytest.mark.parametrize("serendipity", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_on_cells_it_is_what_the_form_compiler_integrates(serendipity: bool) -> None:
-    """Of second order; first order is below, of every law."""
+    """These cells are of second order; first order is tested below, with every law."""
     check_cells(deformed(2, serendipity, "svk"))
 
 
@@ -305,7 +305,7 @@ def test_inverted_cells_are_told_by_nan() -> None:
 
 
 def check_contact(test: BendingTest) -> None:
-    """Contact's forces and stiffness after some steps, off equilibrium, against the form."""
+    """Compare forces and stiffness of contact, after some steps and off equilibrium, by form."""
     problem = BendingProblem(test, MPI.COMM_SELF)
     come_to_rest(problem)
     observer = Observer(problem)

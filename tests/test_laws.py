@@ -18,7 +18,7 @@ VOIGT = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
 
 
 ELASTIC = {name for name, law in LAWS.items() if law.memory is None}
-"""Those that remember are in `test_material_memory`."""
+"""Laws without memory; those with memory are tested in `test_material_memory`."""
 
 
 @pytest.fixture(scope="module", params=sorted(ELASTIC - {"isotropic"}))
@@ -42,7 +42,7 @@ def test_linearisation_is_the_stiffness(
     tangent = point.tangent(np.eye(3))
     voigt = np.array([[tangent[i + j] for j in VOIGT] for i in VOIGT])
     stiffness = elastic.stiffness()
-    # both are differentiated exactly: round-off relative to the largest entry
+    # both are differentiated exactly, up to rounding relative to the largest entry
     assert np.abs(voigt - stiffness).max() < 1e-10 * stiffness.max()
     assert np.abs(point.stress(np.eye(3))).max() < 1e-10 * stiffness.max()
     assert point.energy(np.eye(3)) == pytest.approx(0.0, abs=1e-12)
@@ -62,7 +62,7 @@ def test_energy_does_not_feel_rotation(point: Point, seed: int) -> None:
 
 @pytest.mark.parametrize("name", sorted(name for name, law in LAWS.items() if law.homogeneous))
 def test_a_law_that_says_so_scales_with_the_moduli(name: str) -> None:
-    """As they differ between specimens: by a factor on all moduli, the other constants as given."""
+    """Specimens differ by a factor on all moduli; the other constants stay as given."""
     rubber = dataclasses.replace(PHLOEM, elastic=Elastic.isotropic(5.0, 0.3))
     material = rubber if name == "isotropic" else PHLOEM
     plain, stiff = Point(name, material), Point(name, material.scaled(3.0))
@@ -90,7 +90,7 @@ def test_stress_and_tangent_are_derivatives(point: Point, seed: int) -> None:
 
 
 def test_svk_gives_way_at_stretch_one_over_root_three() -> None:
-    """Under uniaxial strain P = C11 (lambda^3 - lambda) / 2 has its extremum there."""
+    """In uniaxial strain P = C11 (lambda^3 - lambda) / 2 has its extremum there."""
     point = Point("svk", XYLEM)
     stretch = np.linspace(0.4, 0.95, 551)
     stress = [point.stress(np.diag([s, 1.0, 1.0]))[0, 0] for s in stretch]
@@ -114,7 +114,7 @@ def test_fibre_stress_saturates_in_compression_only() -> None:
     point = Point("saturating_fibre", Material(elastic, large_strain))
 
     def axial(stretch: float) -> float:
-        """Take off the matrix, mu (lambda - 1 / lambda) with mu = E_X / 2 and lambda_Lame = 0."""
+        """Subtract the matrix, mu (lambda - 1 / lambda) with mu = E_X / 2 and lambda_Lame = 0."""
         stress = point.stress(np.diag([1.0, 1.0, stretch]))[2, 2]
         return float(stress - elastic.E_X_MPa / 2 * (stretch - 1 / stretch))
 
@@ -125,9 +125,9 @@ def test_fibre_stress_saturates_in_compression_only() -> None:
 
 
 def test_axial_shear_does_not_weaken_when_crushed() -> None:
-    """With lambda_Y = s, shear stiffness of the quadratic term falls as s^2, of ours not.
+    """With lambda_Y = s the quadratic term's shear stiffness falls as s^2, this law's does not.
 
-    What ours loses is the geometric part of the fibre's compressive stress: its strength and a
+    This law loses only the geometric part due to the fibre's compressive stress: its strength and a
     little for the residual tangent.
     """
     crushed = np.diag([1.0, 0.5, 1.0])
@@ -141,7 +141,7 @@ def test_axial_shear_does_not_weaken_when_crushed() -> None:
 
 
 def test_shear_stress_saturates_beyond_yield() -> None:
-    """P_YZ at simple shear of the fibres' planes: (G - mu) (R g + (1 - R) g_Y) far beyond g_Y."""
+    """In shear of the fibres' planes P_YZ is (G - mu) (R g + (1 - R) g_Y) + mu g far beyond g_Y."""
     # densification would add to a strain of 1
     large_strain = dataclasses.replace(PHLOEM.large_strain, densification=0.0)
     elastic = PHLOEM.elastic
@@ -149,16 +149,16 @@ def test_shear_stress_saturates_beyond_yield() -> None:
     mu = elastic.G_XY  # by Eq. 4 the section is isotropic: (C11 - C12) / 2
     gamma = 20.0 * large_strain.shear_yield_strain
     F = np.eye(3)
-    F[2, 1] = gamma  # f_2 leans, the fibre is not stretched: no other part of the law but mu acts
+    F[2, 1] = gamma  # f_2 tilts and the fibre is not stretched: apart from shear only mu acts
     residual = large_strain.shear_residual_tangent
     saturated = residual * gamma + (1 - residual) * large_strain.shear_yield_strain
     expected = (elastic.G_XZ_MPa - mu) * saturated + mu * gamma
-    # the root in the law approaches its asymptote to 1 / (2 * 20^2)
+    # the square root in the law is within 1 / (2 * 20^2) of its asymptote
     assert point.stress(F)[2, 1] == pytest.approx(expected, rel=2e-3)
 
 
 def test_densification_adds_its_energy() -> None:
-    """d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4), in a layer crushed to one half."""
+    """It is d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4); the layer is halved."""
     loose = dataclasses.replace(
         PHLOEM, large_strain=dataclasses.replace(PHLOEM.large_strain, densification=0)
     )
@@ -174,10 +174,11 @@ def test_densification_adds_its_energy() -> None:
 
 
 def _surface_impedance(law: str, stretch: float) -> float:
-    """Least eigenvalue of a compressed half-space's surface impedance, over its shear modulus.
+    """Return the least eigenvalue of a half-space's surface impedance, over its shear modulus.
 
-    Plane strain along the fibres, free surface with normal Y, compressed along X. Where it is not
-    positive the surface creases (Stroh's formalism: Barnett and Lothe 1985).
+    Strain is plane along the fibres, the normal of the free surface is Y, and compression is along
+    X. If the eigenvalue is not positive, the surface creases (Stroh's formalism: Barnett and Lothe
+    1985).
     """
     point = Point(law, XYLEM)
     free = brentq(lambda y: point.stress(np.diag([stretch, y, 1.0]))[1, 1], 0.5, 4.0)
@@ -192,7 +193,7 @@ def _surface_impedance(law: str, stretch: float) -> float:
 
 
 def test_densification_keeps_a_compressed_surface_from_creasing() -> None:
-    """An incompressible neo-Hookean one creases at a stretch of 0.544 (Biot 1963)."""
+    """An incompressible neo-Hookean surface creases at a stretch of 0.544 (Biot 1963)."""
     assert _surface_impedance("neo_hookean", 0.6) > 0  # compressible: somewhat later
     assert _surface_impedance("neo_hookean", 0.45) < 0
     assert _surface_impedance("saturating_fibre", 0.42) > 0

@@ -1,4 +1,4 @@
-"""Errors of the machine against springs in series and what a record of a spring must be."""
+"""Errors of the machine, against springs in series and the expected record of a spring."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ def with_(test: rf.BendingTest, **amplitudes: float) -> rf.BendingTest:
 
 
 def test_a_bedding_fixture_is_as_stiff_as_its_force(coarse: rf.BendingTest) -> None:
-    """Stiffness in proportion to the force over that at which it has doubled (Persson 2007)."""
+    """The stiffness grows linearly, and has doubled at `bedding_force_N` (Persson 2007)."""
     machine = with_(coarse, nonlinear_compliance=0.02).machine
     displacement, force = machine.recorded(TRAVEL_MM, FORCE_N)
     assert np.array_equal(force, FORCE_N)
     middle = (FORCE_N[1:] + FORCE_N[:-1]) / 2
     softness = np.diff(displacement - TRAVEL_MM) / np.diff(FORCE_N)
-    # differences over 0.5 N of a curve that bends over 10 N
+    # differences over 0.5 N on a curve that bends over a range of 10 N
     assert 1 / softness == pytest.approx((1 + middle / machine.bedding_force_N) / 0.02, rel=1e-3)
     assert machine.recorded(0.0, -5.0)[0] == -machine.recorded(0.0, 5.0)[0]
 

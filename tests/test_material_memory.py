@@ -1,4 +1,4 @@
-"""Laws that remember, at a material point: hysteresis, relaxation, energy, objectivity, tangent."""
+"""Laws with memory at a material point: hysteresis, relaxation, energy, objectivity, tangent."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def with_constants(**constants: float) -> Material:
 
 
 def remembering(law: str) -> Material:
-    """Return a material of which something is lost; a law may leave it to its constants."""
+    """Return a material that dissipates; some laws do so only with constants of their own."""
     if not law.startswith("inelastic"):
         return XYLEM
     damaged = dataclasses.replace(XYLEM.large_strain, fibre_damage=0.5)
@@ -47,13 +47,13 @@ def compiled(request: pytest.FixtureRequest) -> Point:
 
 @pytest.fixture
 def point(compiled: Point) -> Point:
-    """At rest, remembering nothing."""
+    """The point at rest, without memory of earlier steps."""
     compiled.forget()
     return compiled
 
 
 def _path(seed: int, steps: int = 400) -> Array:
-    """A smooth path that crushes the section, pulls and presses the fibres, shears, and returns."""
+    """Return a path that crushes the section, pulls and presses fibres, shears, and returns."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, steps + 1)
     crushed, along = np.sin(np.pi * t) ** 2, np.sin(3 * np.pi * t)
@@ -86,8 +86,8 @@ def test_work_is_stored_or_dissipated_and_dissipation_is_never_negative(
         before = stress
     stored = point.energy(path[-1])
     assert min(lost) >= -1e-12 * sum(lost)
-    assert sum(lost) > 0.1 * abs(work)  # or there is nothing to see
-    # the trapezoidal rule, and a first-order one of what crushing dissipates, over 400 steps
+    assert sum(lost) > 0.1 * abs(work)  # otherwise the test would show nothing
+    # trapezoidal rule, and a first-order rule for the dissipation of crushing, over 400 steps
     assert stored + sum(lost) == pytest.approx(work, rel=0.01)
 
 
@@ -106,7 +106,7 @@ def test_a_superposed_rotation_turns_the_stress_and_changes_nothing_else(point: 
 
 
 def test_newton_converges_quadratically_while_the_state_changes(point: Point) -> None:
-    """From a stress back to the deformation, with the law's own tangent."""
+    """Newton's method finds the deformation of a given stress with the law's own tangent."""
     F0 = np.diag([0.88, 1.02, 0.93])
     point.duration_s = 5.0
     wanted = point.stress(F0)
@@ -118,7 +118,7 @@ def test_newton_converges_quadratically_while_the_state_changes(point: Point) ->
         errors.append(np.abs(F - F0).max())
         tangent = point.tangent(F).reshape(9, 9)
         F = F - np.linalg.lstsq(tangent, (point.stress(F) - wanted).ravel())[0].reshape(3, 3)
-    # a linear iteration would gain the same factor each time; the constant is of order 1 / strain
+    # linear convergence would gain the same factor each time; the constant is of order 1 / strain
     assert errors[1] < 100 * errors[0] ** 2
     assert errors[2] < max(100 * errors[1] ** 2, 1e-12)
 
@@ -130,7 +130,7 @@ def fibre_strains(targets: list[float]) -> Array:
 
 @pytest.mark.parametrize("kinematic", [1.0, 0.0, 0.5])
 def test_yielding_fibres_follow_the_closed_hysteresis(kinematic: float) -> None:
-    """Pulled and pressed at fixed sides: a bilinear loop, known at its corners."""
+    """Tension and compression at fixed sides give a bilinear loop with known corners."""
     p = LAWS["fibre_plasticity"].parameters_of(XYLEM)
     k, hardening, strength = p["k"], p["hardening"], p["strength"]
     material = with_constants(tensile_yield_strain=strength / k, kinematic_share=kinematic)
@@ -161,14 +161,14 @@ def test_yielding_fibres_follow_the_closed_hysteresis(kinematic: float) -> None:
         expected.append(k * (e - plastic))
     assert found == pytest.approx(expected, rel=1e-10)
     assert lost == pytest.approx(dissipated, rel=1e-10)
-    assert abs(plastic) > 0.1 * amplitude  # unloaded, it is longer or shorter than before
+    assert abs(plastic) > 0.1 * amplitude  # a permanent strain remains
 
 
 def test_fibres_that_yield_in_compression_are_the_default_laws_under_monotonic_load() -> None:
     yielding, saturating = Point("fibre_plasticity", XYLEM), Point("saturating_fibre", XYLEM)
     for e in (-0.2, -0.1, 0.03):
         F = np.diag([1.0, 1.0, 1.0 + e])
-        # tanh against its asymptotes: far from the corner nothing is left of the difference
+        # tanh against its asymptotes: far from the corner the difference vanishes
         assert yielding.stress(F)[2, 2] == pytest.approx(saturating.stress(F)[2, 2], rel=2e-3)
 
 
@@ -181,11 +181,11 @@ def test_crushed_tissue_bears_what_is_left_to_densify_says() -> None:
         lost = point.remember(F)
         area = np.log(np.linalg.det(point.state(F)["unloading"]))
         if area > 0.0:
-            # the estimate by the stiffness at rest is corrected a step later
+            # the estimate from the stiffness at rest is corrected one step later
             assert pressure == pytest.approx(0.06 / (1 - area / 0.4), rel=0.01)
             assert lost > 0.0
     assert 0.15 < area < 0.4
-    # unloading is elastic, to the stretch that is left
+    # unloading is elastic, down to the permanent stretch
     for stretch in np.linspace(0.6, np.exp(-area), 20):
         assert point.remember(np.diag([stretch, 1.0, 1.0])) == 0.0
     assert np.abs(point.stress(np.diag([np.exp(-area), 1.0, 1.0]))).max() < 1e-9 * c11
@@ -208,14 +208,14 @@ def test_crushed_from_both_sides_it_is_crushed_in_both_directions() -> None:
 def test_a_prony_series_relaxes_and_follows_a_constant_rate_exactly(
     monkeypatch: pytest.MonkeyPatch, steps: int
 ) -> None:
-    """Where the stress is linear in the strain, at any size of it and in any number of steps."""
+    """If the stress is linear in the strain, this holds at any strain and number of steps."""
     monkeypatch.setitem(LAWS, "prony", prony("prony", SAINT_VENANT_KIRCHHOFF, 2))
     material = with_constants(**PRONY)
     point, c33 = Point("prony", material), XYLEM.elastic.stiffness()[2, 2]
     shares, times = np.array(SHARES), np.array(TIMES)
 
     def stress(strain: float) -> float:
-        """Second Piola-Kirchhoff, along the fibres."""
+        """Return the second Piola-Kirchhoff stress along the fibres."""
         stretch = np.sqrt(1 + 2 * strain)
         F = np.diag([1.0, 1.0, stretch])
         value = point.stress(F)[2, 2] / stretch

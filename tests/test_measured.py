@@ -1,4 +1,4 @@
-"""Folders of measured data: what is read, and how every defect is told."""
+"""Folders of measured data: what is read, and the message for every defect."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -58,7 +58,7 @@ def test_values_go_to_the_specification_in_its_units(folder: Path) -> None:
     curve = data.records[0].curve
     assert curve["displacement_mm"].iloc[-1] == pytest.approx(12.0)
     assert curve["force_N"].iloc[-1] == pytest.approx(84.0)
-    # each to its own end
+    # each is compared up to its own end
     assert [r.at_mm[-1] for r in data.records] == pytest.approx([12.0, 14.0])
     assert data.range_mm == (0.0, pytest.approx(14.0))
 
@@ -340,7 +340,7 @@ def test_tables_are_read_in_encodings_of_windows(folder: Path, encoding: str) ->
 
 
 def test_columns_without_a_name_are_nobody_s(folder: Path) -> None:
-    """As pandas writes its index."""
+    """This is how pandas writes its index."""
     expected = rf.read_dataset(folder).records[0].curve
     pd.read_csv(folder / "a.csv").to_csv(folder / "a.csv")
     pd.testing.assert_frame_equal(rf.read_dataset(folder).records[0].curve, expected)
@@ -356,7 +356,7 @@ def test_a_late_curve_is_compared_from_where_the_message_says(folder: Path) -> N
 
 
 def test_curves_that_a_preload_makes_late_are_compared_from_where_they_begin(folder: Path) -> None:
-    """With 7 N at the machine's zero, the toe is 1 mm before it."""
+    """With 7 N at the machine's zero, the toe is 1 mm before this zero."""
     rewrite(
         folder / "b.csv",
         lambda rows: [rows[0], *([d, f"{float(f) + 7e-3:.6f}"] for d, f in rows[1:])],
@@ -384,7 +384,7 @@ A,near,8,0,a.csv
 
 @pytest.fixture
 def several(folder: Path) -> Path:
-    """Two tests of A, one of B."""
+    """A data set with two tests of A and one of B."""
     (folder / "tests.csv").write_text(TESTS)
     mapped = '[tests]\n"fixture.span_mm" = "span"\n"stalk.rotation_deg" = "turned"\n'
     (folder / "dataset.toml").write_text(LAYOUT + mapped)

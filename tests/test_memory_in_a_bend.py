@@ -1,4 +1,4 @@
-"""Bent stalks whose material remembers: what is left after unloading, where the work goes."""
+"""Bent stalks of a material with memory: permanent deflection, and the energy balance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def yielding(coarse: BendingTest) -> BendingTest:
 
 
 def _unloaded(test: BendingTest) -> tuple[list[Observables], float, float]:
-    """Bend, go back until no force is left; return what was seen, work done, travel left."""
+    """Bend and unload to zero force; return the observables, the work, and the final travel."""
     problem = BendingProblem(test, MPI.COMM_SELF)
     observer = Observer(problem)
     stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
@@ -50,14 +50,14 @@ def test_fibres_that_have_yielded_leave_a_bent_stalk(
     assert dissipated[-1] > 0.2 * work
     spent = seen[-1].stored_energy_Nmm + seen[-1].friction_work_Nmm + dissipated[-1]
     most = max(one.stored_energy_Nmm for one in seen)
-    # the trapezoidal rule over steps of up to 0.5 mm errs by a share of all the work that is done
+    # the trapezoidal rule over steps of up to 0.5 mm has an error relative to the largest energy
     assert spent == pytest.approx(work, abs=0.02 * most)
     assert left_mm > elastic_mm + 0.2
 
 
 @pytest.mark.slow
 def test_derivatives_by_a_constant_of_the_law(yielding: BendingTest) -> None:
-    """Central differences of whole simulations, solved tightly."""
+    """They agree with central differences of whole simulations, solved to a tight tolerance."""
     test = override(yielding, ["numerics.stepping.relative_tolerance=1e-8"])
 
     def change(test: BendingTest, amount: float) -> BendingTest:
@@ -67,7 +67,7 @@ def test_derivatives_by_a_constant_of_the_law(yielding: BendingTest) -> None:
     assert found.by_differences == ()
     low, high = (simulate(change(test, a), MPI.COMM_SELF).curve for a in (-2e-6, 2e-6))
     expected = (high["force_N"] - low["force_N"]) / 4e-6
-    # points begin to yield on the way, where the force has a kink in its derivative
+    # points begin to yield on the way, and there the derivative of the force has a kink
     error = np.abs(found.curve["yield"] - expected).max()
     assert error < 0.02 * np.abs(expected).max()
 

@@ -29,7 +29,7 @@ def test_first_notebook_runs_and_the_announced_warning_shows() -> None:
 
 
 def test_notebooks_are_stored_as_executed() -> None:
-    """With what their cells printed and drew, and without an error."""
+    """They contain the output of their cells, and no errors."""
     for path in (FIRST, *OTHERS):
         cells = [c for c in nbformat.read(path, as_version=4).cells if c.cell_type == "code"]
         assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1)), path

@@ -1,4 +1,4 @@
-"""Optima, equally good sets and identifiability, where the answer is known."""
+"""Optima, equally good sets and identifiability in cases with known answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 
 def exact(function: Function, number: int = 2, alpha: str = "face") -> Surface:
-    """A surface that is the function: a quadratic, without error."""
+    """Return a surface that reproduces a quadratic function without error."""
     points = central_composite(number, alpha).coded
     names = [f"X{i + 1}" for i in range(number)]
     terms = model_terms(number, "quadratic")
@@ -99,8 +99,8 @@ def test_level_points_lie_on_the_level_and_all_over_it() -> None:
 @pytest.mark.parametrize("alpha", ["rotatable", "face"])
 @pytest.mark.parametrize("value", [0.0, 6.0])
 def test_one_number_never_determines_a_parameter_of_three(alpha: str, value: float) -> None:
-    # wherever the target lies, more of one factor can be had for less of the others: only the
-    # region's edge stops that
+    # wherever the target lies, more of one factor can be traded for less of the others, up to the
+    # region's edge
     misfit = misfit_of([plane(10.0, 10.0, 10.0)], [value], [0.1], 3, alpha)
     optimum, used = find_optimum(misfit)
     profiles = [profile(used, number, optimum.best) for number in range(3)]
@@ -126,7 +126,7 @@ def test_desirabilities_are_those_of_derringer_and_suich() -> None:
 
 
 def test_the_most_desirable_point_is_that_of_an_exhaustive_search() -> None:
-    # Montgomery's process (2001, chapter 11): yield to be large, viscosity 65
+    # Montgomery's process (2001, chapter 11): the yield should be large, the viscosity 65
     def yields(x: np.ndarray) -> np.ndarray:
         a, b = x.T
         return 79.94 + 0.995 * a + 0.515 * b - 1.376 * a**2 - 1.001 * b**2 + 0.25 * a * b
@@ -144,7 +144,7 @@ def test_the_most_desirable_point_is_that_of_an_exhaustive_search() -> None:
     best = overall(surfaces, goals, grid).max()
     point, found = most_desirable(surfaces, goals, region)
     assert region.contains(point)
-    assert found == pytest.approx(best, abs=2e-3)  # a grid's step of 0.003 costs that much
+    assert found == pytest.approx(best, abs=2e-3)  # error of a grid with steps of 0.003
     assert found >= best
     unwanted = [Goal("maximum", 200.0, 300.0), goals[1]]
     assert most_desirable(surfaces, unwanted, region)[1] == 0.0
@@ -176,8 +176,8 @@ def test_one_number_does_not_fix_two_parameters() -> None:
     misfit = misfit_of([plane(3.0, 4.0)], [0.5], [0.1])
     optimum, used = find_optimum(misfit)
     profiles = [profile(used, factor, optimum.best) for factor in range(2)]
-    # 3 X1 + 4 X2 = 0.5 +- 0.2 within [-1, 1]: X1 may be anything, X2 at most (0.5 + 0.2 + 3) / 4,
-    # but only because X1 may not be less than -1
+    # 3 X1 + 4 X2 = 0.5 +- 0.2 within [-1, 1]: X1 may have any value, X2 at most
+    # (0.5 + 0.2 + 3) / 4, but only because X1 must not be below -1
     assert [found.verdict for found in profiles] == ["not determined", "not determined"]
     assert profiles[0].by_others == (False, False)
     assert profiles[1].by_others == (True, True)
@@ -229,7 +229,7 @@ def test_profile_intervals_cover_the_truth_as_often_as_they_say() -> None:
         targets = Targets(clean.targets.names, seen, clean.targets.covariance)
         misfit = Misfit(clean.surfaces, targets, clean.region)
         _, least = misfit.least()
-        # the truth is inside the interval where the profile there has risen by less than 3.84
+        # the truth is inside the interval if the profile has risen by less than 3.84 there
         covered += misfit.least((0, truth[0, 0]))[1] - least <= stats.chi2.ppf(0.95, 1)
     spread = np.sqrt(0.95 * 0.05 / repeats)
     assert covered / repeats == pytest.approx(0.95, abs=3.0 * spread)

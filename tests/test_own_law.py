@@ -1,4 +1,4 @@
-"""A law of the user's own: the page of CONTRIBUTING.md followed literally, and what it refuses."""
+"""A user's own law: CONTRIBUTING.md followed literally, and what is refused."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_its_stress_flows(own: BendingTest, file: Path) -> None:
     F = np.eye(3)
     F[0, 2] = 0.5
     second_piola = np.linalg.inv(F) @ point.stress(F)
-    # 2 G times the strain that is left
+    # 2 G times the elastic strain that remains
     assert second_piola[0, 2] == pytest.approx(2 * shear * 0.02)
     assert point.remember(F) > 0.0
 

@@ -1,4 +1,4 @@
-"""What is installed elsewhere is what a clone has, and asks for what a clone's environment has."""
+"""An installed package has the files of a clone, and the requirements of its environment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PROJECT = PYPROJECT["project"]
 
 
 def extras() -> list[str]:
-    """Return the optional dependencies but those on other optional ones."""
+    """Return the optional dependencies, except references to other optional groups."""
     every = [bound for extra in PROJECT["optional-dependencies"].values() for bound in extra]
     return [bound for bound in every if not bound.startswith("ramiefenics[")]
 
@@ -35,7 +35,7 @@ def test_environment_has_the_bounds_of_the_project() -> None:
 
 
 def test_conda_recipe_has_the_bounds_of_the_project() -> None:
-    """Rendered as conda-build does: its two functions read files beside the recipe."""
+    """It is rendered as by conda-build, two of whose functions read files beside the recipe."""
 
     def load_file_regex(path: str, pattern: str, from_recipe_dir: bool) -> re.Match[str] | None:
         return re.search(pattern, (ROOT / "conda" / path).read_text())

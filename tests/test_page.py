@@ -1,4 +1,4 @@
-"""The page of a result: its tables, and how it fits screens and paper."""
+"""The HTML page of a result: its tables, and its layout on screens."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ document.title = [document.documentElement.scrollWidth <= innerWidth, first, but
 
 
 class Wide(Result):
-    """A result with a table that is wider than any screen, and hostile words."""
+    """A result with a table wider than any screen, and text that must be escaped or wrapped."""
 
     title = "A title with <angle brackets> & others"
 
@@ -76,7 +76,7 @@ def test_page_has_contents_and_asks_for_nothing() -> None:
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
 @pytest.mark.parametrize("width", [500, 1400])
 def test_page_fits_the_screen_and_tables_sort(width: int, tmp_path: Path) -> None:
-    """Forty columns scroll within their frame; 500 pixels are the least that Chromium opens."""
+    """Forty columns scroll within their frame; Chromium's narrowest window has 500 pixels."""
     assert CHROMIUM is not None
     file = tmp_path / "page.html"
     file.write_text(whole().replace("</body>", MEASURE + "</body>"))

@@ -1,4 +1,4 @@
-"""Two ranks give what one gives; most of it run by `mpirun -n 2 python -m pytest -m mpi`."""
+"""Two ranks give the results of one; most tests run by `mpirun -n 2 python -m pytest -m mpi`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ramiefenics.runs import SharedRuns
 
 
 def middles(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middles of the cells in an order of their own, and that order."""
+    """Return the sorted midpoints of the cells, and the order that sorts them."""
     at = grid.points[grid.cells].mean(axis=1).round(6)
     order = np.lexsort(at.T)
     return at[order], order
@@ -27,7 +27,7 @@ def middles(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.mpi
 def test_each_rank_has_a_slice_of_the_stalk(coarse: BendingTest) -> None:
-    """The same one every time: what is kept of a run is by its unknowns' numbers."""
+    """The slices are always the same, because kept solutions are indexed by unknown."""
     comm = MPI.COMM_WORLD
     meshes = [build_tube(coarse, comm).mesh for _ in range(2)]
     first, second = (mesh.geometry.x for mesh in meshes)
@@ -88,7 +88,7 @@ def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
         assert np.sort(two.cell_data[name]) == pytest.approx(
             np.sort(one.cell_data[name]), rel=1e-4, abs=1e-4
         )
-    # the search for it ranks the points of each rank, so other cells may differ
+    # the search ranks the points on each MPI rank, so only the least value must agree
     least = one.cell_data["min_acoustic_MPa"].min()
     assert two.cell_data["min_acoustic_MPa"].min() == pytest.approx(least, rel=1e-4)
     assert np.array_equal(middles(one)[0], middles(two)[0])
@@ -97,7 +97,7 @@ def test_snapshot_is_whole_on_the_first_rank(coarse: BendingTest) -> None:
 @pytest.mark.mpi
 @pytest.mark.parametrize("order", [1, 2])
 def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> None:
-    """Each facet once, with the values that one rank finds."""
+    """It has each facet once, with the values found on one rank."""
     test = override(
         coarse,
         [
@@ -115,7 +115,7 @@ def test_contact_is_whole_on_the_first_rank(coarse: BendingTest, order: int) -> 
     assert np.array_equal(at, also_at)
     assert np.any(one.cell_data["contact_state"])
     for name, expected in one.cell_data.items():
-        # what differs is rounding, enlarged by the solution to a relative 1e-9
+        # rounding differs, amplified by solving to a relative tolerance of 1e-9
         size = np.abs(expected).max()
         assert two.cell_data[name][second] == pytest.approx(expected[first], abs=1e-6 * size), name
 
@@ -129,7 +129,7 @@ def test_ranks_compute_together_what_is_damaged(coarse: BendingTest, tmp_path: P
     first = runs.run(test)
     assert runs.has(test)
     assert runs.run(test).cpu_s == first.cpu_s
-    MPI.COMM_WORLD.barrier()  # all have looked
+    MPI.COMM_WORLD.barrier()  # after all ranks have read it
     if MPI.COMM_WORLD.rank == 0:
         (file,) = folder.iterdir()
         file.write_bytes(file.read_bytes()[:-1])
@@ -151,7 +151,7 @@ def run(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
 def test_command_on_two_ranks_is_that_on_one(
     coarse: BendingTest, tmp_path: Path, tolerance: float, allowed: float
 ) -> None:
-    """The tighter tolerance holds for the linear equations too: their own follows Newton's."""
+    """The linear equations are solved more tightly too, as their tolerance follows Newton's."""
     test = override(coarse, [f"numerics.stepping.relative_tolerance={tolerance}"])
     write_test(test, tmp_path / "test.toml")
     said = {

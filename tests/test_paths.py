@@ -1,4 +1,4 @@
-"""Paths of more than one loading: unloading, holding, loading again."""
+"""Paths beyond a single loading: unloading, holding, reloading."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ def test_fields_are_saved_at_multiples_in_both_directions(coarse: rf.BendingTest
 
 
 def test_unloading_retraces_an_elastic_loading(coarse: rf.BendingTest) -> None:
-    """Without friction the state depends on the travel alone, and nothing is left when it is off.
+    """Without friction the state depends on the travel alone, and unloading leaves nothing.
 
-    Nitsche's stabilisation is that of the step before: it has caught up at the end of a hold.
+    Nitsche's stabilisation is that of the previous step, and is up to date at the end of a hold.
     """
     path = "{hold_s=1}, {to_mm=1.5}, {to_mm=1.0}, {hold_s=1}, {to_mm=0}, {to_mm=1.0}, {hold_s=1}"
     changes = [*SMOOTH, "protocol.travel_mm=1", f"protocol.then=[{path}]"]
@@ -64,7 +64,7 @@ def test_unloading_retraces_an_elastic_loading(coarse: rf.BendingTest) -> None:
     ends = [curve[np.isclose(curve["time_s"], time)].iloc[-1] for time in (2.0, 4.0, 7.0)]
     for column in ("force_N", "stored_energy_Nmm", "void_height_mm"):
         found = [row[column] for row in ends]
-        # tolerance of Newton's method, 1e-5 of the force, and the steps of the stabilisation
+        # tolerance of Newton's method, 1e-5 of the force, and the lag of the stabilisation
         assert found == pytest.approx([found[0]] * 3, rel=1e-4)
     off = curve[curve["displacement_mm"] == 0.0].iloc[-1]
     assert abs(off["force_N"]) < 1e-6
@@ -84,7 +84,7 @@ def test_what_follows_loadings_only_says_so(coarse: rf.BendingTest) -> None:
 
 
 def test_steps_end_at_parts_of_the_longest(coarse: rf.BendingTest) -> None:
-    """Whatever their lengths; a step that would leave less than a quarter of it is halved."""
+    """This holds for any lengths; a step that would leave less than a quarter is halved."""
     test = rf.override(coarse, ["protocol.travel_mm=3.2", "protocol.save_every_mm=10"])
     (leg,) = segments(test.protocol, test.numerics.stepping)
     at, ends = 0.0, []
@@ -100,13 +100,13 @@ def test_steps_end_at_parts_of_the_longest(coarse: rf.BendingTest) -> None:
 
 @pytest.mark.slow
 def test_similar_stalks_do_not_differ_by_their_steps(screening: rf.BendingTest) -> None:
-    """Forces are smooth functions of a modulus."""
+    """Forces are smooth functions of a modulus, without irregularities due to steps."""
     key, forces, at = "stalk.layers.phloem.material.elastic.E_X_MPa", [], np.arange(0.5, 14.1, 0.5)
     usual = screening.stalk.layers[-1].material.elastic.E_X_MPa
     for share in np.linspace(0.98, 1.02, 9):
         test = rf.override(screening, [f"{key}={share * usual}", "protocol.save_every_mm=14"])
         curve = rf.simulate(test, MPI.COMM_SELF).curve
         forces.append(Akima1DInterpolator(curve["displacement_mm"], curve["force_N"])(at))
-    # a third difference is several times an irregular error: 9e-3 where steps end anywhere
+    # third differences amplify irregular errors: 9e-3 if steps could end anywhere
     rough = np.abs(np.diff(forces, 3, axis=0)).max() / np.max(forces)
     assert rough < 4e-3

@@ -1,4 +1,4 @@
-"""The maximum of a curve of few steps: of a parabola, of a plateau's end, beside a jump."""
+"""The maximum of a curve with few steps: of a parabola, and beside a jump."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def test_a_parabolas_maximum_is_exact_whatever_the_steps() -> None:
     assert found.force_N == pytest.approx(10.0)
     assert found.displacement_mm == pytest.approx(3.3)
     assert found.inside
-    assert found.step_error_N == pytest.approx(1.5**2 * 2.0 / 8.0)  # h^2 f'' / 8 of the longest
+    assert found.step_error_N == pytest.approx(1.5**2 * 2.0 / 8.0)  # h^2 f'' / 8, longest step
 
 
 def test_no_parabola_goes_through_a_jump() -> None:
-    """A line of 10 N/mm up to 3 mm, from where the force falls by a half within 0.05 mm."""
+    """The force rises by 10 N/mm up to 3 mm, and falls by 40 % within the next 0.05 mm."""
     x = np.array([0.0, 1.0, 2.0, 2.9, 3.0, 3.05, 4.0])
     force = np.where(x <= 3.0, 10.0 * x, 15.0 + x)
     found = find_peak(x, force, [3.05])
@@ -32,7 +32,7 @@ def test_no_parabola_goes_through_a_jump() -> None:
     assert found.displacement_mm == 3.0
     assert found.inside
     assert found.step_error_N == pytest.approx(0.5)  # 10 N/mm over 0.05 mm
-    assert find_peak(x, force).force_N > 30.3  # what it would be taken for
+    assert find_peak(x, force).force_N > 30.3  # the wrong peak, if the jump were ignored
 
 
 def test_a_jump_elsewhere_changes_nothing() -> None:

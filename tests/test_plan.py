@@ -1,4 +1,4 @@
-"""What tests could show: of stalks whose force is a closed formula, and of random curves."""
+"""Prediction of what tests could show, for stalks with a closed-form force and random curves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def plan() -> rf.Plan:
 def test_a_second_span_finds_a_smaller_error_of_the_span(plan: rf.Plan) -> None:
     alone, shorter = plan.powers["alone"], plan.powers["fixture.span_mm=70"]
     assert shorter.smallest["span_error"] < 0.5 * alone.smallest["span_error"]
-    # a scale of all forces is what other moduli make, on any span
+    # other moduli imitate a scale of all forces on any span
     assert alone.smallest["load_scale"] > 0.2
     assert shorter.smallest["load_scale"] > 0.2
     assert plan.next_experiment in plan.powers
@@ -47,11 +47,11 @@ def test_a_plan_is_written_and_printed(plan: rf.Plan, tmp_path: Path) -> None:
 
 
 def test_what_more_stalks_and_better_moduli_do(plan: rf.Plan) -> None:
-    """Noise alone falls with the square root of the number of stalks, not faster."""
+    """The smallest effect falls at most with the square root of the number of stalks."""
     few = plan.alone.smallest
     more = rf.plan(plan.test, [], Design(stalks=32), EFFECTS, Formula()).alone.smallest
     known = rf.plan(plan.test, [], Design(fit_sd=0.02), EFFECTS, Formula()).alone.smallest
-    assert not np.isfinite(few["load_scale"])  # within its bounds, other moduli make the same
+    assert not np.isfinite(few["load_scale"])  # other moduli imitate it within its bounds
     for name in ("seating_gap", "machine_compliance"):
         assert 0.49 * few[name] < more[name] <= few[name]
         assert known[name] <= few[name]
@@ -85,7 +85,7 @@ def test_bad_plans_are_refused(options: list[str], told: str, tmp_path: Path) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["seating_gap", "machine_compliance", "span_error"])
 def test_the_promised_power_is_kept(name: str) -> None:
-    """Of 40 data sets with the smallest effect that is found in 95 %, by binomial chance 33."""
+    """An effect to be found in 95 % of data sets is found in at least 33 of 40 (binomial)."""
     design = Design(stalks=8, fit_sd=0.1)
     one = predicted_evidence([rf.published_test("table3")], EFFECTS, design.fit_sd, Formula())
     evidence = repeated(one, [0], design.stalks)

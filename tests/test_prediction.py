@@ -1,4 +1,4 @@
-"""Recorded forces, their changes and fits for stalks that are linear springs, in closed form."""
+"""Recorded forces, their derivatives and fits, for linear springs with closed solutions."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -22,16 +22,18 @@ from ramiefenics.runs import Done
 from ramiefenics.runs.curve import normalised
 
 STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, GAP_MM = 10.0, 0.02, 0.2
-"""The first for vanishing cells; the last below the points that the first reading is made of."""
+"""Stiffness for vanishing cell size, compliance of the machine, and its gap.
+
+The gap ends below the points that make up the first reading."""
 
 FINER = 0.97
-"""Stiffness on the finer mesh, over that on the mesh of the analysis."""
+"""Stiffness on the finer mesh, relative to that on the mesh of the analysis."""
 
 AT_MM = np.linspace(0.5, 6.0, 12)
 
 
 class Springs:
-    """Simulates springs, as stiff as mesh and xylem make them."""
+    """Stand-in for `Runs` that simulates springs, whose stiffness depends on mesh and xylem."""
 
     def __init__(self, stiffness: dict[rf.MeshRecipe, float], modulus_MPa: float) -> None:
         self._stiffness, self._modulus_MPa = stiffness, modulus_MPa
@@ -79,7 +81,7 @@ def predictor(screening: rf.BendingTest, springs: Springs) -> Predictor:
 
 
 def loose(gap_mm: float) -> rf.Effect:
-    """A compliant machine with a gap."""
+    """Return the effect of a compliant machine with a gap."""
 
     def apply(test: rf.BendingTest, compliance: float) -> rf.BendingTest:
         changes = [f"machine.compliance_mm_per_N={compliance}", f"machine.seating_gap_mm={gap_mm}"]
@@ -100,9 +102,9 @@ def test_changes_pass_through_the_machine(
     k, c, d = STIFFNESS_N_PER_MM, COMPLIANCE_MM_PER_N, AT_MM - gap_mm
     force, by_log_k = k * d / (1 + c * k), k * d / (1 + c * k) ** 2
     assert np.allclose(found.force[0], force, rtol=1e-9)
-    # small differences are taken of a thousandth, and of c by 0.000025 mm/N: errors of that order
+    # the finite differences are a thousandth, and 0.000025 mm/N for c: errors of that order
     assert np.allclose(found.by_factors[0, 0], by_log_k, rtol=1e-3)
-    # the first deviation is the same all along; five of them share the variance, in halves but it
+    # the first deviation is constant; five share the variance, all others with half its part
     first = limit()[1] * (FINER - 1.0) / np.sqrt(1.0 + 4.0 / 2.0)
     assert np.allclose(found.by_mesh[0, 0], first * by_log_k, rtol=1e-3)
     assert np.allclose(found.by_effects["loose"][0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
@@ -111,7 +113,7 @@ def test_changes_pass_through_the_machine(
 def test_meshes_explain_no_more_than_a_finer_one_shows(
     screening: rf.BendingTest, springs: Springs
 ) -> None:
-    """Read so closely that a line through the points of a reading is the curve."""
+    """Readings are so close that a line through the points of each is the curve itself."""
     predictor = Predictor([screening], observed(np.linspace(0.5, 6.0, 331)), springs)
     found = predictor.linearise(Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1))), {})
     mean, sd = limit()
@@ -119,14 +121,14 @@ def test_meshes_explain_no_more_than_a_finer_one_shows(
     assert np.allclose(found.mesh_correction, mean * (FINER - 1.0) * on_mesh, rtol=1e-9)
     relative = found.by_mesh[0] / found.force[0]
     together = np.sqrt((relative**2).sum(axis=0).mean())
-    # small differences are taken of a thousandth
+    # the finite differences are a thousandth
     assert together == pytest.approx(sd * (1.0 - FINER), rel=1e-3)
 
 
 def test_a_kink_is_read_as_on_a_measured_curve(
     screening: rf.BendingTest, predictor: Predictor
 ) -> None:
-    """The end of a gap lies among the points of the first reading."""
+    """The gap ends among the points of the first reading."""
     gap = 0.4
     used = factors(screening, ["xylem.axial"])
     model = Model(used, np.zeros((1, 1)), {"loose": (loose(gap), 0.0)})
@@ -134,7 +136,7 @@ def test_a_kink_is_read_as_on_a_measured_curve(
     travel = np.linspace(0.0, 6.0, 1201)
     force = STIFFNESS_N_PER_MM * np.maximum(travel - gap, 0.0)
     curve = pd.DataFrame({"displacement_mm": travel, "force_N": force})
-    # a score of points in half a millimetre, against a hundred
+    # twenty points in half a millimetre, compared with a hundred
     assert found[0] == pytest.approx(level(curve, 0.5, 0.25), abs=0.05)
     assert found[0] > STIFFNESS_N_PER_MM * (0.5 - gap) + 0.2
     assert found[1:] == pytest.approx(STIFFNESS_N_PER_MM * (AT_MM[1:] - gap), rel=1e-6)
@@ -142,7 +144,7 @@ def test_a_kink_is_read_as_on_a_measured_curve(
 
 @pytest.mark.parametrize("order", [1.5, 2.0, 3.0, 4.0])
 def test_the_limit_of_meshes_is_where_richardson_says(order: float) -> None:
-    """F(h) = 1 + h^p on cells of size 1 and 2/3."""
+    """The force is F(h) = 1 + h^p, on cells of size 1 and 2/3."""
     coarse, fine = 2.0, 1.0 + (2.0 / 3.0) ** order
     mean, sd = limit()
     assert abs(coarse + mean * (fine - coarse) - 1.0) < 2.0 * sd * (coarse - fine)
@@ -152,7 +154,7 @@ def test_the_limit_of_meshes_is_where_richardson_says(order: float) -> None:
 def test_residuals_are_the_baselines_wherever_the_model_is_linearised(
     screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
 ) -> None:
-    """Priors of factors and amplitudes stay where they were; the spring is linear in both."""
+    """The priors of factors and amplitudes stay in place, and the spring is linear in both."""
     data = observed(AT_MM, 1.1 * STIFFNESS_N_PER_MM * (AT_MM - GAP_MM))
     predictor, gap = Predictor([screening], data, springs), rf.EFFECTS["seating_gap"]
     used, fitter = factors(screening, ["xylem.axial"]), Fitter(dataset, data, predictor)
@@ -161,7 +163,7 @@ def test_residuals_are_the_baselines_wherever_the_model_is_linearised(
         model = Model(used, np.full((1, 1), log_factor), there)
         curves = predictor.linearise(model, {gap.name: gap})
         residuals.append(fitter.evidence(curves, {gap.name: gap}).residual)
-    # a gap shifts the curve: its signature is the same at any amplitude, but at the first reading
+    # a gap shifts the curve: its signature is the same at any amplitude, except at the first point
     assert residuals[1][:, 1:] == pytest.approx(residuals[0][:, 1:], abs=1e-9)
     expected = (data.force_N - STIFFNESS_N_PER_MM * AT_MM) / data.peak_N[:, None]
     assert residuals[0] == pytest.approx(expected, abs=1e-9)
@@ -195,7 +197,7 @@ def test_where_the_typical_size_is_too_much_less_is_tried(
     found = predictor.linearise(model, {"seating_gap": gap, "narrow": narrow})
     assert not found.refused
     by_gap, by_narrow = (found.by_effects[name][:, 1:] for name in ("seating_gap", "narrow"))
-    assert by_narrow == pytest.approx(by_gap, rel=1e-6)  # of a straight line, any step's
+    assert by_narrow == pytest.approx(by_gap, rel=1e-6)  # any step is exact on a straight line
 
 
 @pytest.mark.slow
@@ -205,7 +207,7 @@ def test_where_the_typical_size_is_too_much_less_is_tried(
 def test_derivatives_that_come_with_a_run_are_those_of_small_differences(
     coarse: rf.BendingTest, name: str
 ) -> None:
-    """Within one percent of the largest; the differences have errors of steps of that order."""
+    """They agree to one per cent of the largest; differences have step errors of that order."""
     effect = rf.EFFECTS[name]
     along = Along.of(effect, coarse)
     assert along is not None
@@ -226,7 +228,7 @@ def test_derivatives_that_come_with_a_run_are_those_of_small_differences(
 def test_tasks_go_as_far_as_the_straight_part_that_zeroes(
     screening: rf.BendingTest, springs: Springs
 ) -> None:
-    """It may go on beyond the range that is compared, and a toe comes before it."""
+    """This part may extend beyond the compared range, and a toe comes before it."""
     data = observed(AT_MM)
     plain = Predictor([screening], data, springs).task(screening).test.protocol
     assert plain.travel_mm == AT_MM[-1]
@@ -237,7 +239,7 @@ def test_tasks_go_as_far_as_the_straight_part_that_zeroes(
 
 @pytest.mark.parametrize(("at", "steady"), [(0.99, True), (0.5, False)])
 def test_a_fit_at_its_bound_is_steady_where_it_was_linearised(at: float, steady: bool) -> None:
-    """All that an amplitude can be is its bound: it has no standard deviation."""
+    """At its bound an amplitude has no standard deviation."""
     fit = SimpleNamespace(
         evidence=SimpleNamespace(whole=[0]),
         log_factors=np.zeros((1, 2)),

@@ -1,4 +1,4 @@
-"""What holds for any input: files read back, curves and sections that scale."""
+"""Properties that hold for any input: files read back, curves and sections scale."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def test_readings_of_a_curve_scale_with_it(force: float, length: float) -> None:
 def test_a_stalk_of_twice_the_size_bears_four_times_the_force(
     size: float, strength: float, void: float, aspect: float
 ) -> None:
-    """Stresses of similar beams are equal where forces grow as areas do (Galilei 1638)."""
+    """Stresses in similar beams are equal if forces grow like areas (Galilei 1638)."""
     small = section_modulus(10.0, 10.0 * void, 10.0 * aspect)
     large = section_modulus(10.0 * size, 10.0 * void * size, 10.0 * aspect * size)
     stress = maximum_stress(50.0, 100.0, small)

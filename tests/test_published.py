@@ -1,4 +1,4 @@
-"""Shipped stalks against the printed tables."""
+"""Shipped stalks, compared with the printed tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The printed tables: typed rightly, tied to the shipped stalks, and checked by arithmetic."""
+"""The printed tables: typed correctly, consistent with shipped stalks, checked by arithmetic."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_table_6_contradicts_itself_where_it_does() -> None:
 
 @pytest.fixture
 def anova() -> pd.DataFrame:
-    """A regression of one variable, printed to four places."""
+    """Analysis of variance of a regression on one variable, printed to four places."""
     x = np.repeat([0.0, 1.0, 2.0, 3.0], 3)
     y = np.array([1.2, 0.9, 1.1, 2.3, 2.2, 1.8, 2.6, 3.1, 2.9, 4.2, 3.8, 4.4])
     line = stats.linregress(x, y)

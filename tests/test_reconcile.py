@@ -1,4 +1,4 @@
-"""Misprinted designs: repaired where publications tell how, refused where not."""
+"""Misprinted designs: repaired if the publication determines how, otherwise refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def composite(factors: int, alpha: float, centres: int, rng: np.random.Generator
 
 
 def publish(points: Array, responses: Array, terms: tuple[Term, ...]) -> Publication:
-    """Least squares by the normal equations, printed to two places."""
+    """Return a least-squares fit by the normal equations, printed to two places."""
     matrix = model_matrix(points, terms)
     inverse = np.linalg.inv(matrix.T @ matrix)
     coefficients = inverse @ matrix.T @ responses
@@ -76,7 +76,7 @@ def experiment(
 
 
 def misprint(design: PrintedDesign, rows: int, rng: np.random.Generator) -> PrintedDesign:
-    """Wrong signs for factorial rows, wrong axes, signs or no level at all for axial ones."""
+    """Give factorial rows a wrong sign, and axial rows a wrong axis, a wrong sign or no level."""
     points = design.points.copy()
     chosen = rng.choice(np.flatnonzero(np.abs(points).sum(axis=1)), rows, replace=False)
     for row in chosen:
@@ -88,7 +88,7 @@ def misprint(design: PrintedDesign, rows: int, rng: np.random.Generator) -> Prin
 
 
 def runs(points: Array, responses: Array) -> list[tuple[float, ...]]:
-    """An experiment whatever the order of its rows."""
+    """Return an experiment in a form that does not depend on the order of its rows."""
     return sorted(map(tuple, np.column_stack([points, responses]).tolist()))
 
 
@@ -122,7 +122,7 @@ def test_table_5_repaired_gives_equation_5_and_table_6(table_5: rf.Reconciliatio
     assert table_5.after.r_squared == pytest.approx(0.95, abs=5e-3)
     anova = table_5.after.anova(("X1", "X2", "X3")).set_index("source")
     printed = rf.published_table(6).set_index("source")
-    # the F and p of Table 6 that do follow from its sums of squares
+    # those F and p of Table 6 that follow from its sums of squares
     assert anova.loc["X2", "f_value"] == pytest.approx(printed.loc["X2", "f_value"], abs=0.05)
     assert anova.loc["X1 X2", "f_value"] == pytest.approx(printed.loc["X1X2", "f_value"], abs=5e-3)
     assert anova.loc["model", "f_value"] == pytest.approx(printed.loc["Model", "f_value"], abs=5e-3)
@@ -132,7 +132,7 @@ def test_table_5_repaired_gives_equation_5_and_table_6(table_5: rf.Reconciliatio
 
 
 def test_no_other_seven_rows_do(table_5: rf.Reconciliation) -> None:
-    """Try all 64512 ways to change seven rows within their kinds, one by one."""
+    """Try all 64512 ways to change seven rows without changing their kinds."""
     design, _ = table5()
     points, y = design.points, design.responses
     corner = np.all(np.abs(points) == 1.0, axis=1)
@@ -331,7 +331,7 @@ total = 11.50
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
-    """Table 5 as somebody's own table."""
+    """Table 5 as a user's own table."""
     names = {"X1": "friction", "X2": "nu phloem", "X3": "nu xylem", "force_N": "force"}
     rf.published_table(5).rename(columns=names).to_csv(tmp_path / "own.csv", index=False)
     (tmp_path / "own.toml").write_text(SETTINGS)

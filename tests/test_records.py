@@ -1,4 +1,4 @@
-"""Several curves of one specimen, and what follows a loading: what is read, and what is refused."""
+"""Several curves of one specimen, and what follows a loading: reading, and errors."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_reduction_tells_tests_of_a_specimen_apart(folder: Path) -> None:
 
 
 def test_strength_is_that_of_the_section_as_it_lies(folder: Path) -> None:
-    """An ellipse on its side: M / W with W = pi (w h^3 - its void's) / (32 h)."""
+    """For a turned ellipse it is M / W, with W = pi (w h^3 - that of the void) / (32 h)."""
     rf.write_test(
         rf.override(rf.ramie(15.0, 7.0, 0.7), ["stalk.section_height_mm=10"]),
         folder / "oval.toml",
@@ -186,7 +186,7 @@ def test_several_curves_of_a_specimen_are_no_target(folder: Path, tmp_path: Path
 
 
 def there_and_back(top_mm: float, held: int) -> tuple[np.ndarray, np.ndarray]:
-    """Loading at 7 N/mm, a hold in which a tenth relaxes, unloading to zero at 9 N/mm."""
+    """Return loading at 7 N/mm, a hold in which a tenth relaxes, and unloading at 9 N/mm."""
     up = np.linspace(0.0, top_mm, 57)
     stay = np.full(held, top_mm) - 1e-4 * (np.arange(held) % 2)
     down = np.linspace(top_mm, 3.0, 40)[1:]
@@ -201,7 +201,7 @@ FOLLOWING = '"[{ hold_s = 60.0 }, { to_mm = 3.0 }]"'
 
 
 def tell_what_follows(folder: Path, text: str) -> None:
-    """Put a column into tests.csv that says what follows the loading of A short."""
+    """Add a column to tests.csv that states what follows the loading of A short."""
     lines = TESTS.splitlines()
     cells = ["then", *(text if "a2.csv" in line else "" for line in lines[1:])]
     table = [f"{line},{cell}" for line, cell in zip(lines, cells, strict=True)]
@@ -231,7 +231,7 @@ def test_loading_is_compared_and_what_follows_is_kept(folder: Path, held: int) -
 
 
 def test_what_follows_moves_with_the_seating(folder: Path) -> None:
-    """With 7 N at the machine's zero, the toe is 1 mm before it."""
+    """With 7 N at the machine's zero, the toe is 1 mm before this zero."""
     travel, force = there_and_back(9.0, 0)
     write_curve(folder / "a2.csv", travel, force + 7.0)
     tell_what_follows(folder, '"[{ to_mm = 3.0 }]"')

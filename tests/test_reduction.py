@@ -1,4 +1,4 @@
-"""Formulas, statistics and tables of a reduction, against what is known otherwise."""
+"""Formulas, statistics and tables of a reduction, against independent results."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarnin
 
 BESIDE = Path(__file__).parents[2] / "shared" / "data" / "maize_brace_roots_2020"
 MAIZE = Path(os.environ.get("RAMIEFENICS_MAIZE", BESIDE))
-"""124 measured curves that are no part of this project: doi 10.1093/aob/mcac029."""
+"""Folder of 124 measured curves, not part of this project: doi 10.1093/aob/mcac029."""
 
 
 def test_equation_1_leaves_the_shear_of_a_beam_with_overhangs() -> None:
-    """Timoshenko's beam: f = P L^3 / 48 EI + P L / 4 U, and f1 = a P L^2 / 16 EI."""
+    """Timoshenko's beam has f = P L^3 / 48 EI + P L / 4 U and f1 = a P L^2 / 16 EI."""
     load, span, overhang, bending, shear = 20.0, 100.0, 35.0, 1.65e6, 2200.0
     deflection = load * span**3 / (48 * bending) + load * span / (4 * shear)
     upward = overhang * load * span**2 / (16 * bending)
@@ -42,11 +42,11 @@ def test_equation_1_leaves_the_shear_of_a_beam_with_overhangs() -> None:
 
 @pytest.mark.parametrize(("inner", "too_high"), [(13.9, 1.0), (7.0, 2 / 1.70), (0.1, 2 / (7 / 6))])
 def test_equation_2_is_a_shear_modulus_exact_for_a_thin_wall(inner: float, too_high: float) -> None:
-    """The tube's shear stiffness by Saint-Venant's flexure, from its shear modulus of 40 MPa."""
+    """The tube has a shear modulus of 40 MPa, and the stiffness of Saint-Venant's flexure."""
     tube = LayeredTube((inner / 2, 7.0), (320.0,), (40.0,))
     found = equations.shear_modulus(tube.shear_N, 14.0, inner)
     assert found / 40.0 == pytest.approx(too_high, rel=5e-3)
-    stiffer = LayeredTube((inner / 2, 7.0), (3200.0,), (40.0,))  # of ten times the Young's modulus
+    stiffer = LayeredTube((inner / 2, 7.0), (3200.0,), (40.0,))  # with ten times Young's modulus
     assert equations.shear_modulus(stiffer.shear_N, 14.0, inner) == pytest.approx(found, rel=1e-9)
 
 
@@ -61,7 +61,7 @@ def test_equation_3_is_the_ring_over_the_tube() -> None:
     ring = outer**2 - (outer - 2 * phloem) ** 2
     expected = ring / (outer**2 - inner**2)
     assert equations.phloem_ratio(outer, inner, phloem) == pytest.approx(expected)
-    # Table 1's ratio of fresh cortex made the stalk at a height, by solving Eq. 3 for h
+    # the stalk at a height follows from Table 1's ratio of fresh cortex, by solving Eq. 3 for h
     stalk = rf.ramie_at_height(69.0).stalk
     xylem, outermost = (layer.outer_diameter_mm for layer in stalk.layers)
     half = (outermost - xylem) / 2
@@ -70,7 +70,7 @@ def test_equation_3_is_the_ring_over_the_tube() -> None:
 
 
 def pressed_beam(span: float, inner: float, stiffness: float) -> tuple[float, float]:
-    """Indenters' deflection and largest moment under 1 N in all, by integrating the curvature."""
+    """Return indenter deflection and largest moment under 1 N in total, by integration."""
     z = np.linspace(0.0, span / 2, 20001)
     moment = np.minimum(z, (span - inner) / 2) / 2
     slope = cumulative_trapezoid(moment / stiffness, z, initial=0.0)
@@ -83,13 +83,13 @@ def test_bending_modulus_is_that_of_a_beam_with_one_or_two_indenters(inner: floa
     young, second = 800.0, np.pi / 64 * (14.0**4 - 7.0**4)
     deflection, moment = pressed_beam(150.0, inner, young * second)
     found = equations.bending_modulus(1 / deflection, 150.0, 14.0, 7.0, inner_span_mm=inner)
-    assert found == pytest.approx(young, rel=1e-6)  # of the integration
+    assert found == pytest.approx(young, rel=1e-6)  # error of the integration
     stress = equations.maximum_stress(1.0, 150.0 - inner, second / 7.0)
     assert stress == pytest.approx(moment * 7.0 / second, rel=1e-6)
 
 
 def straight_curve(folder: Path, *changes: str) -> Path:
-    """A data set of one specimen of 5 N/mm, up to 40 N, whose baseline has these changes."""
+    """Write a data set of one specimen of 5 N/mm, up to 40 N, with a changed baseline."""
     rf.write_test(rf.override(rf.ramie(14.0, 7.0, 0.7), changes), folder / "mine.toml")
     travel = np.linspace(0.0, 8.0, 81)
     curve = pd.DataFrame({"displacement_mm": travel, "force_N": 5.0 * travel})
@@ -105,7 +105,7 @@ def test_four_point_data_are_reduced_by_their_own_formulae(tmp_path: Path) -> No
     assert (found["span_mm"], found["inner_span_mm"]) == (150.0, 50.0)
     assert found["bending_modulus_MPa"] == pytest.approx(5.0 * deflection / second, rel=1e-6)
     assert found["strength_MPa"] == pytest.approx(40.0 * moment * 7.0 / second, rel=1e-6)
-    # by shear alone the deflection is P a / 2 U, of a beam with the arm a
+    # by shear alone a beam with the arm a deflects by P a / 2 U
     shear_stiffness = 5.0 * 50.0 / 2
     assert found["shear_modulus_MPa"] == equations.shear_modulus(shear_stiffness, 14.0, 7.0)
 
@@ -134,7 +134,7 @@ def test_other_fixtures_are_not_reduced(tmp_path: Path, changes: list[str]) -> N
 
 @pytest.mark.parametrize(("void", "height"), [(0.0, 4.0), (0.0, 2.5), (3.0, 4.0), (3.0, 2.5)])
 def test_sections_against_their_integrals(void: float, height: float) -> None:
-    """Sums over a fine grid: midpoints inside the section, 1 um apart in height."""
+    """Integrals are sums over the midpoints of strips of up to 1 um in height."""
     width = 4.0
     y = (np.arange(4000) + 0.5) / 4000 * height / 2
     chord = 2 * (width / 2) * np.sqrt(1 - (y / (height / 2)) ** 2)
@@ -159,9 +159,9 @@ def test_equation_7_as_printed() -> None:
 
 
 def test_confidence_interval_of_a_published_sample() -> None:
-    """NIST/SEMATECH e-Handbook, 1.3.5.2: heat flow meter calibration, 95 % interval.
+    """The 95 % interval is that of NIST/SEMATECH e-Handbook, 1.3.5.2: heat flow meter calibration.
 
-    The sample has another shape, made to have the published number, mean and standard deviation.
+    The sample is another one, made to have the published number, mean and standard deviation.
     """
     draws = np.random.default_rng(4).standard_normal(195)
     values = 9.261460 + 0.02278881 * (draws - draws.mean()) / draws.std(ddof=1)
@@ -169,7 +169,7 @@ def test_confidence_interval_of_a_published_sample() -> None:
     assert (found["n"], found["interval"]) == (195, "student")
     assert found["low"] == pytest.approx(9.258242, abs=2e-6)
     assert found["high"] == pytest.approx(9.264679, abs=2e-6)
-    # of so many normal values, the bootstrap's interval is about the same
+    # for so many normal values, the bootstrap interval is about the same
     assert found["bootstrap_low"] == pytest.approx(9.258242, abs=3e-4)
 
 
@@ -178,12 +178,12 @@ def test_skewed_values_get_the_interval_of_the_bootstrap() -> None:
     assert found["normal_p"] < 1e-3
     assert found["interval"] == "bootstrap"
     mean = found["mean"]
-    assert found["high"] - mean > 1.2 * (mean - found["low"])  # longer where the tail is
+    assert found["high"] - mean > 1.2 * (mean - found["low"])  # longer on the side of the tail
     assert found["student_high"] - mean == pytest.approx(mean - found["student_low"])
 
 
 def test_few_skewed_values_get_student_s_interval() -> None:
-    # the bootstrap's would hold the mean of five lognormal values in 80 of 100 cases only
+    # bootstrap intervals of five lognormal values would contain the mean in 80 of 100 cases only
     generator = np.random.default_rng(2)
     found = [describe(generator.lognormal(0.0, 1.0, 5)) for _ in range(30)]
     assert any(f["normal_p"] < 0.05 for f in found)
@@ -217,7 +217,7 @@ STALKS = {"A": (15.0, 7.0, "low"), "B": (14.0, 7.0, "low"), "C": (13.5, 6.0, "to
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Curves k d (1 - d / 20) for which all is known; k is 10, 20 and 30 N/mm."""
+    """A data set of curves k d (1 - d / 20) with known results; k is 10, 20 and 30 N/mm."""
     folder = tmp_path / "set"
     folder.mkdir()
     (folder / "dataset.toml").write_text(LAYOUT)

@@ -1,4 +1,4 @@
-"""Steps that are cut leave no trace in what the material remembers: a bar of plastic fibres."""
+"""Rejected steps leave no trace in the memory of the material, here a bar of plastic fibres."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ YIELD, MIDDLE = 0.01, (0.5, 0.5, 0.5)
 SHORTEST_MM = 1e-4
 
 BED = 1e5
-"""Of the stiff bed that presses the bar, MPa/mm."""
+"""Stiffness of the bed that presses the bar, MPa/mm."""
 
 
 def strain(F: Expr) -> Expr:
-    """Green's, along the fibres."""
+    """Return Green's strain along the fibres."""
     return (ufl.dot(F[:, 2], F[:, 2]) - 1) / 2
 
 
@@ -51,7 +51,7 @@ PLASTIC = Law("plastic", SVK.parameters, energy, memory=Memory({"plastic": 0.0},
 
 @dataclasses.dataclass(frozen=True)
 class Reading:
-    """What the bed tells."""
+    """Observed state of the bar and the bed."""
 
     force_N: float
     stored_energy_Nmm: float
@@ -110,12 +110,12 @@ class Bar:
 
     @property
     def remembered(self) -> bytes:
-        """All that the material knows of before the step."""
+        """Memory of the material from before the step."""
         assert self.solid._memory is not None
         return self.solid._memory.numbers.tobytes()
 
     def plastic(self, *points: tuple[float, float, float]) -> np.ndarray:
-        """The plastic strain of the current state."""
+        """Return the plastic strain of the current state."""
         values = self.solid.internal_variables(np.array(points), np.zeros(1, dtype=np.int32))
         assert list(values) == ["plastic", "dissipated_Nmm_per_mm3"]
         return values["plastic"][0]
@@ -123,7 +123,7 @@ class Bar:
 
 @dataclasses.dataclass(frozen=True)
 class Pressed:
-    """A bar at the end of its path, what was read on the way, and the steps that were cut."""
+    """A bar at the end of its path, the readings on the way, and the number of cut-backs."""
 
     bar: Bar
     readings: list[Reading]
@@ -132,7 +132,7 @@ class Pressed:
 
 @pytest.fixture
 def press(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], Pressed]:
-    """Press and partly unload a bar; that many solves of each step are said to have failed."""
+    """Press and partly unload a bar; report a number of solves of each step as failed."""
     monkeypatch.setitem(LAWS, "plastic", PLASTIC)
 
     def run(refusals: int) -> Pressed:
@@ -147,7 +147,7 @@ def press(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], Pressed]:
             assert outcome.converged
             assert bar.remembered == bar.accepted[-1]
             tried[len(bar.accepted)] += 1
-            # a step that cannot be cut is relaxed, which the material follows
+            # a step that cannot be cut is relaxed dynamically, which advances the material
             push = abs(float(bar.target.value) - bar.last_mm)
             refused = tried[len(bar.accepted)] <= refusals and push > 10 * SHORTEST_MM
             return dataclasses.replace(outcome, converged=not refused)
@@ -165,13 +165,13 @@ def press(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], Pressed]:
 
 
 def test_the_state_advances_with_accepted_steps_alone(press: Callable[[int], Pressed]) -> None:
-    """To the last bit after every solve, refused or not; `press` asserts it."""
+    """`press` asserts this to the last bit after every solve, refused or not."""
     smooth, cut = press(0), press(1)
     assert cut.cut_backs > smooth.cut_backs + 5
-    # a bar in one direction follows its path exactly, in steps of whatever length
+    # a bar pressed in one direction follows its path exactly, in steps of any length
     assert cut.readings[-1].force_N == pytest.approx(smooth.readings[-1].force_N, rel=1e-4)
     assert cut.bar.plastic(MIDDLE) == pytest.approx(smooth.bar.plastic(MIDDLE), rel=1e-4)
-    # backward Euler with a force that hardening changes: first order in the steps
+    # backward Euler with a force that changes by hardening: first order in the steps
     lost = smooth.readings[-1].dissipated_Nmm
     assert cut.readings[-1].dissipated_Nmm == pytest.approx(lost, rel=0.05)
     assert np.diff([one.dissipated_Nmm for one in cut.readings]).min() >= 0.0
@@ -181,7 +181,7 @@ def test_fields_show_the_state_between_the_quadrature_points(
     press: Callable[[int], Pressed],
 ) -> None:
     pressed = press(0)
-    # back at the stretch 0.97, up to the bed's give, it has yielded in tension
+    # back at the stretch 0.97, except for the compliance of the bed, it has yielded in tension
     strain = (0.97**2 - 1) / 2
     values = pressed.bar.plastic(MIDDLE, (0.1, 0.9, 0.3))
     assert values == pytest.approx(strain - YIELD, rel=0.005)

@@ -1,4 +1,4 @@
-"""Figures and films that a result draws of itself."""
+"""Figures and films that a result draws."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_film_has_a_frame_for_every_saved_state(bent: BendingResult, tmp_path: P
 
 def test_scene_has_the_stalk_between_its_cylinders(bent: BendingResult) -> None:
     scene = bent.view()
-    bounds = [actor.GetBounds() for actor in scene.actors.values()][:-1]  # but the scale
+    bounds = [actor.GetBounds() for actor in scene.actors.values()][:-1]  # without the scale
     stalk, *cylinders = bounds
     half = bent.test.stalk.length_mm / 2.0
     assert stalk[4:] == pytest.approx((-half, half), abs=2.0)  # all of it, bent

@@ -1,4 +1,4 @@
-"""What a run leaves on disk, and what the command line says."""
+"""Files that a run leaves on disk, and messages of the command line."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_summary_repeats_the_run(folder: Path, bent: BendingResult) -> None:
     curve = bent.curve
     peak = curve["force_N"].idxmax()
     assert summary["max_force_N"] == bent.max_force_N
-    # the parabola's vertex: not below the highest step, and between its neighbours
+    # vertex of the parabola: not below the highest step, and between its neighbours
     assert summary["max_force_N"] == pytest.approx(curve["force_N"][peak], rel=2e-3)
     assert summary["max_force_N"] >= curve["force_N"][peak]
     left, right = curve["displacement_mm"][peak - 1], curve["displacement_mm"][peak + 1]
@@ -85,7 +85,7 @@ def test_paraview_reads_the_fields(folder: Path, bent: BendingResult) -> None:
 
 
 def test_tensors_agree_with_what_is_made_of_them(bent: BendingResult) -> None:
-    """Von Mises' stress of the components, and the stretches' product, against the volume ratio."""
+    """Von Mises stress follows from the components, and the volume ratio from the stretches."""
     fields = bent.snapshots[-1].body.cell_data
     xx, yy, zz, xy, yz, xz = fields["stress_MPa"].T
     squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
@@ -96,7 +96,7 @@ def test_tensors_agree_with_what_is_made_of_them(bent: BendingResult) -> None:
     e = fields["green_strain"]
     trace = 0.5 * (stretches**2 - 1.0).sum(axis=1)
     assert e[:, :3].sum(axis=1) == pytest.approx(trace, abs=1e-12)
-    # the lowest of the element's points is below that at the middle of a piece, but not far
+    # the minimum over an element's points is at most little above the value at its middle
     ratio = stretches.prod(axis=1)
     assert np.quantile(fields["min_volume_ratio"] / ratio, 0.99) < 1.05
     start = bent.snapshots[0].body.cell_data
@@ -128,7 +128,7 @@ def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
     assert set(states) <= {0, 1, 2}
     touching = contact.extract_cells(states > 0)
     assert touching.n_cells > 0
-    # all of it is on a cylinder of radius 5 mm, into which chords of 3 mm reach by 3^2 / 40 mm
+    # all of it is on a cylinder of radius 5 mm, into which chords of 3 mm cut by 3^2 / 40 mm
     fixture, stalk = bent.test.fixture, bent.test.stalk
     y, z = touching.cell_centers().points.T[1:]
     indenter = stalk.outer_diameter_mm / 2 + fixture.indenter_radius_mm - 14.0
@@ -231,7 +231,7 @@ def test_second_order_cells_appear_as_eight(
     assert volumes.min() > 0
     stalk = result.test.stalk
     exact = np.pi * (stalk.radii_mm[-1] ** 2 - stalk.radii_mm[0] ** 2) * stalk.length_mm / 4
-    # edges of 180 / n degrees leave out (pi / n)^2 / 6 of the circle
+    # edges of 180 / n degrees miss (pi / n)^2 / 6 of the circle
     left_out = (np.pi / (8 * order)) ** 2 / 6
     assert volumes.sum() == pytest.approx(exact * (1 - left_out), rel=2e-3)
 

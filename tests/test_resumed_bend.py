@@ -1,4 +1,4 @@
-"""A run that was interrupted goes on to the bit as if nothing had happened."""
+"""An interrupted run resumes and gives the same result to the bit."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ YIELDING = [
     "law=fibre_plasticity",
     "stalk.layers.phloem.material.law_constants.tensile_yield_strain=0.002",
 ]
-SECOND_ORDER = [  # the element of all recipes that have names, on few cells
+SECOND_ORDER = [  # the element of the recipes for use, on few cells
     "numerics.mesh=screening",
     "numerics.mesh.contact_size=0.02",
     "numerics.mesh.coarse_size=0.045",
@@ -34,7 +34,7 @@ ITERATIVE = ["numerics.stepping.linear_solver=iterative"]
 
 
 class PowerCut(Exception):
-    """Ends a run at once."""
+    """Sudden end of a run."""
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +45,7 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """How many nonlinear solves there are."""
+    """List with one entry for each nonlinear solve."""
     counted, solve = [], Newton.solve
 
     def counting(self, *args, **kwargs):
@@ -57,7 +57,7 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def bend(test: BendingTest, until_mm: float = 1e9, comm: MPI.Comm = MPI.COMM_SELF) -> BendingResult:
-    """Bend with what is kept; from some travel on there is no power."""
+    """Bend with kept solutions; the power fails beyond some travel."""
 
     def cut(step) -> None:
         if step.travel_mm > until_mm:
@@ -92,11 +92,11 @@ def test_an_interrupted_bend_goes_on_to_the_bit(
     test = override(coarse, changes)
     whole = simulate(test, MPI.COMM_SELF)
     needed = len(solves)
-    for until in (0.5, 0.5, 1.7):  # the second time it does not even get farther
+    for until in (0.5, 0.5, 1.7):  # the second run gets no farther than the first
         with pytest.raises(PowerCut):
             bend(test, until)
     same(bend(test), whole)
-    assert len(solves) == 2 * needed  # none twice
+    assert len(solves) == 2 * needed  # no solve is repeated
     same(bend(test), whole)
     assert len(solves) == 2 * needed
 
@@ -120,10 +120,10 @@ def test_further_tests_go_on_too(coarse: BendingTest, solves: list[float]) -> No
 def test_ranks_go_on_together(
     changes: list[str], coarse: BendingTest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where one of them has kept a step less than the other, too.
+    """They do so even if one of them has kept one step less than the other.
 
-    Factors of several ranks are sums in whatever order messages come, so two runs may differ by
-    rounding, enlarged by the solution to a relative 1e-5.
+    Factors on several ranks are summed in the order in which messages arrive, so two runs may
+    differ by rounding, amplified by solving to a relative tolerance of 1e-5.
     """
     comm = MPI.COMM_WORLD
     shared = comm.bcast(tmp_path)
@@ -144,7 +144,7 @@ def test_ranks_go_on_together(
 
 @pytest.mark.slow
 def test_jumps_are_repeated_to_the_bit(screening: BendingTest) -> None:
-    """What slid on the way of a jump is what slid."""
+    """The slip during a jump is restored as well."""
     mesh = ["numerics.mesh=ladder_q1_1", "numerics.mesh.contact_size=0.015"]
     test = override(screening, ["law=neo_hookean", *mesh])
     whole = simulate(test, MPI.COMM_SELF)
@@ -185,7 +185,7 @@ def test_what_is_damaged_is_solved_again(
 def test_solutions_of_other_unknowns_are_not_used(
     coarse: BendingTest, own_folder: Path, solves: list[float]
 ) -> None:
-    """Such as those of another partition of the mesh, or of another release's numbers."""
+    """Examples are another partition of the mesh, or the numbering of another release."""
     test = override(coarse, ["protocol.travel_mm=1.0"])
     whole = bend(test)
     (path,) = own_folder.iterdir()

@@ -1,4 +1,4 @@
-"""JSON schemas accept what is read, and refuse what is not, by a validator of others."""
+"""JSON schemas accept readable files and refuse others, according to an independent validator."""
 
 from __future__ import annotations
 

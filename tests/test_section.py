@@ -1,4 +1,4 @@
-"""The section's picture: geometry and stress that are known."""
+"""The picture of the section, with known geometry and stress."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ def pressed(request: pytest.FixtureRequest, screening: BendingTest, simulated: S
 
 
 def area(patch: Patch) -> float:
-    """By the shoelace formula."""
+    """Return the area of a patch by the shoelace formula."""
     around = [patch.at_mm[0], patch.at_mm[:, -1], patch.at_mm[-1, ::-1], patch.at_mm[::-1, 0]]
     x, y = np.concatenate([edge[:-1] for edge in around]).T
     return float(abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2.0)
 
 
 def test_patches_fill_the_section(pressed: BendingResult) -> None:
-    """A half ring of the right layers: parabolas miss a circle by far less than straight lines."""
+    """Each layer fills a half ring; parabolas miss a circle by far less than straight lines."""
     snapshot, stalk = pressed.snapshots[-1], pressed.test.stalk
     patches = section(snapshot, stalk, 0.0)
     radii, order = np.array(stalk.radii_mm), snapshot.body.order
     angle = 2.0 * np.pi / (4 * pressed.test.numerics.mesh.angular_elements)
-    # of a chord, 1 - sin(2 a)/(2 a) with half its angle a; of a parabola, its square's order
+    # a chord of half angle a misses 1 - sin(2 a)/(2 a); a parabola, an amount of its square's order
     missed = {1: angle**2, 2: angle**4}[order]
     for layer in (1, 2):
         found = sum(area(patch) for patch in patches if patch.layer == layer)
@@ -59,7 +59,7 @@ def test_a_constant_stays_what_it_is_in_each_layer(pressed: BendingResult) -> No
 def test_what_is_linear_in_an_element_is_linear_at_its_points(
     screening: BendingTest, simulated: Simulate
 ) -> None:
-    """Along the stalk, where second-order elements are straight, up to their ends."""
+    """This is tested along the stalk, where second-order elements are straight."""
     changes = ["numerics.mesh=ladder_q2_1", "protocol.travel_mm=1"]
     snapshot = simulated(override(screening, changes)).snapshots[-1]
     grid = with_stress(snapshot, lambda x: 2.0 * x[:, 2] - 3.0).body

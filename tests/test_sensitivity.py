@@ -1,4 +1,4 @@
-"""Derivatives of the force curve against differences of whole simulations."""
+"""Derivatives of the force curve, against differences of whole simulations."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def _adding_to(key: str) -> Callable[[BendingTest, float], BendingTest]:
 
 @pytest.fixture
 def short(coarse: BendingTest) -> BendingTest:
-    """Solved tightly, so that differences of simulations are differences of solutions."""
+    """Short test, solved to a tight tolerance so that differences of runs are accurate."""
     return override(coarse, ["protocol.travel_mm=0.5", "numerics.stepping.relative_tolerance=1e-8"])
 
 
 def test_constants_coordinates_and_fixture(short: BendingTest) -> None:
-    """Central differences over a hundredth of the typical size, hence exact to about 1e-5."""
+    """Central differences over a hundredth of the typical size are exact to about 1e-5."""
     parameters = {key: Parameter(_adding_to(key), size) for key, size in TYPICAL.items()}
     found = sensitivities(short, parameters, MPI.COMM_SELF)
     assert found.by_differences == ()
@@ -49,7 +49,7 @@ def test_constants_coordinates_and_fixture(short: BendingTest) -> None:
 
 @pytest.mark.slow
 def test_other_topology_falls_back_to_differences(short: BendingTest) -> None:
-    """Two elements more, as if an amount decided on them: what they change is the derivative."""
+    """A positive amount adds two elements; the derivative is the change that these make."""
 
     def finer(test: BendingTest, amount: float) -> BendingTest:
         return override(test, [f"numerics.mesh.angular_elements={8 if amount > 0 else 6}"])
@@ -65,7 +65,7 @@ def test_other_topology_falls_back_to_differences(short: BendingTest) -> None:
 
 
 def test_one_sided_where_negative_amounts_are_refused(short: BendingTest) -> None:
-    """From no friction: it cannot be less."""
+    """Friction cannot be less than zero."""
     smooth = override(short, ["fixture.friction.static=0", "fixture.friction.dynamic=0"])
 
     def rub(test: BendingTest, amount: float) -> BendingTest:
@@ -77,12 +77,12 @@ def test_one_sided_where_negative_amounts_are_refused(short: BendingTest) -> Non
     step = 1e-3
     rise = simulate(rub(smooth, step), MPI.COMM_SELF).curve["force_N"].iloc[-1]
     expected = (rise - simulate(smooth, MPI.COMM_SELF).curve["force_N"].iloc[-1]) / step
-    # both one-sided, over 1e-5 and 1e-3: the second derivative is of the order of the first
+    # both are one-sided, over 1e-5 and 1e-3; the second derivative is of the order of the first
     assert found.curve["friction"].iloc[-1] == pytest.approx(expected, rel=5e-3)
 
 
 def test_one_sided_where_positive_amounts_are_refused(short: BendingTest) -> None:
-    """The dynamic coefficient is the static one: it cannot be more."""
+    """The dynamic coefficient equals the static one, and cannot be larger."""
     equal = override(short, ["fixture.friction.static=0.12", "fixture.friction.dynamic=0.12"])
     parameter = Parameter(_adding_to(FRICTION), TYPICAL[FRICTION])
     found = sensitivities(equal, {"friction": parameter}, MPI.COMM_SELF)
@@ -93,13 +93,13 @@ def test_one_sided_where_positive_amounts_are_refused(short: BendingTest) -> Non
     )
     expected = ((here["force_N"] - low["force_N"]) / less).to_numpy()
     error = np.abs(found.curve["friction"].to_numpy() - expected).max()
-    assert error < 2e-3 * np.abs(expected).max()  # of one-sided differences
+    assert error < 2e-3 * np.abs(expected).max()  # error of one-sided differences
 
 
 @pytest.mark.mpi
 def test_ranks_agree(short: BendingTest) -> None:
     parameters = {VOID: Parameter(_adding_to(VOID), TYPICAL[VOID])}
-    # not of the same order on every run, the parts of a mesh often force differences: 1 % apart
+    # partitions of the mesh vary between runs and often force differences: 1 % apart
     alone = sensitivities(short, parameters, MPI.COMM_SELF)
     together = sensitivities(short, parameters)
     assert together.curve[VOID].iloc[-1] == pytest.approx(alone.curve[VOID].iloc[-1], rel=0.01)

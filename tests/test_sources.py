@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarnin
 
 
 class Quantity:
-    """What Pint's quantities offer, of lengths in metres."""
+    """Stand-in for one of Pint's quantities, a length in metres."""
 
     def __init__(self, magnitude: float) -> None:
         self.magnitude = magnitude

@@ -1,4 +1,4 @@
-"""Which stalks stand for others, and what is carried over, in closed form."""
+"""Stalks that represent others in simulations, and transfer of their changes, in closed form."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OUTER = "stalk.layers.phloem.outer_diameter_mm"
 
 @pytest.fixture
 def stalks(screening: rf.BendingTest) -> list[rf.BendingTest]:
-    """Three of nearly the same size, the mean one last, and one on a shorter span."""
+    """Three stalks of nearly the same size, the middle one last, and one on a shorter span."""
     near = [rf.override(screening, [f"{OUTER}={mm}"]) for mm in (14.0, 14.6, 14.3)]
     return [*near, rf.override(screening, ["fixture.span_mm=70"])]
 
@@ -51,7 +51,7 @@ def test_a_larger_change_is_carried_over_in_proportion(stalks: list[rf.BendingTe
 
 
 def test_changes_of_another_kind_are_simulated(stalks: list[rf.BendingTest]) -> None:
-    """As those of an effect that depends on where the specimen comes from."""
+    """Such changes come from effects that depend on where a specimen comes from."""
     changes = (
         "fixture.friction.static=0.7",
         f"{OUTER}=14.7",
@@ -65,7 +65,7 @@ def test_changes_of_another_kind_are_simulated(stalks: list[rf.BendingTest]) -> 
 
 
 def test_what_needs_no_simulation_is_not_carried_over(stalks: list[rf.BendingTest]) -> None:
-    """Moduli in proportion, and what is wrong with the machine."""
+    """This applies to a common factor on the moduli, and to errors of the machine."""
     stiffer = [
         rf.override(test, ["stalk.stiffness_gradient_per_m=0.2", f"stalk.position_mm={mm}"])
         for test, mm in zip(stalks, (100.0, 200.0, 300.0, 400.0), strict=True)
@@ -100,7 +100,7 @@ def test_a_curve_without_force_is_refused() -> None:
 
 
 def beam(test: rf.BendingTest) -> pd.DataFrame:
-    """A curve that bends over, whose force follows from diameter, span and friction."""
+    """Return a degressive curve that depends on diameter, span and friction."""
     x = np.linspace(0.0, 14.0, 29)
     diameter = test.stalk.measured_at_midspan().outer_diameter_mm
     size = diameter**4 / test.fixture.span_mm**3 * test.stalk.stiffness_factor
@@ -121,7 +121,7 @@ def test_few_simulations_tell_what_effects_make_of_all_curves(
     found = changed_curves([beam(test) for test in stalks], stalks, changed, simulate)
     assert simulated == [changed[2], changed[3]]
     for curve, test in zip(found, changed, strict=True):
-        for name in ("force_N", "by"):  # exact: friction changes all in the same proportion
+        for name in ("force_N", "by"):  # exact: friction changes all forces by the same factor
             assert curve[name].to_numpy() == pytest.approx(beam(test)[name].to_numpy(), rel=1e-9)
 
 
@@ -157,7 +157,7 @@ def test_a_changed_stalk_that_does_not_reach_the_end_is_refused(
 def test_changes_by_which_specimens_differ_are_not_carried_over(
     stalks: list[rf.BendingTest],
 ) -> None:
-    """With a taper, diameters that were measured elsewhere are others at midspan."""
+    """With a taper, diameters measured off midspan differ from those at midspan."""
     xylem, void = "stalk.layers.xylem.outer_diameter_mm", "stalk.void_diameter_mm"
     measured = [
         rf.override(test, [f"stalk.measured_at_mm={z}", f"{xylem}={d}", f"{void}={d - 5.5}"])
@@ -170,14 +170,14 @@ def test_changes_by_which_specimens_differ_are_not_carried_over(
     assert {test.stalk.taper for test in between} == {0.0}
     stepping = Stepping.of(measured, measured, tapered)
     plain = [test for test in stepping.simulated if test.stalk.taper == 0.0]
-    assert len(stepping.simulated) - len(plain) == 2  # of all four: one, and that of another span
+    assert len(stepping.simulated) - len(plain) == 2  # one for three, and that of the other span
     found = stepping.stepped([beam(test) for test in measured], beam)
-    for curve, test in zip(found, tapered, strict=True):  # exact: its formula knows no taper
+    for curve, test in zip(found, tapered, strict=True):  # exact: the formula has no taper
         assert curve["force_N"].to_numpy() == pytest.approx(beam(test)["force_N"].to_numpy())
 
 
 def test_places_to_either_side_are_different(stalks: list[rf.BendingTest]) -> None:
-    """A void that is off the axis, to the side of the supports."""
+    """The void is off the axis, towards the indenter or the supports."""
     places = [
         Place.of(rf.override(stalks[0], [f"stalk.void_offset_mm={mm}"])) for mm in (-0.4, -0.2, 0.2)
     ]

@@ -1,4 +1,4 @@
-"""Importing the package leaves Python as the user had it, and its warnings reach the user."""
+"""Importing the package leaves the user's Python settings unchanged, and warnings visible."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ EVERYTHING = """
     mesh = dolfinx.mesh.create_interval(MPI.COMM_SELF, 3, (0.0, 2.0))
     compile_form(dolfinx.fem.Constant(mesh, 1.0) * ufl.dx)
 """
-"""All that is imported on demand, and a compiled form."""
+"""Program that imports everything that is imported on demand, and compiles a form."""
 
 
 def python(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run a Python of its own, without what MPI has told this one."""
+    """Run a separate Python, without the environment that MPI has set for this one."""
     own = ("OMPI_", "PMIX_", "PRTE_MCA_")
     environment = {key: value for key, value in os.environ.items() if not key.startswith(own)}
     return subprocess.run(
@@ -38,12 +38,12 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def script(*parts: str) -> str:
-    """Run statements in a Python of its own; return what it writes to standard error."""
+    """Run statements in a separate Python; return its standard error."""
     return python("-c", "\n".join(textwrap.dedent(part) for part in parts)).stderr
 
 
 def test_importing_the_package_imports_no_solver_and_no_table() -> None:
-    """These take a second or two, and come with what needs them."""
+    """These take a second or two to import, and are imported only when needed."""
     script(
         """
         import sys
@@ -86,7 +86,7 @@ def test_warnings_go_where_the_user_sends_them() -> None:
 
 
 def test_import_leaves_the_process_as_it_was() -> None:
-    """Joblib alone adds a variable to the environment, for Intel's OpenMP."""
+    """The exception is Joblib, which adds an environment variable for Intel's OpenMP."""
     script(
         """
         import locale, logging, os, signal, socket, sys
@@ -137,7 +137,7 @@ def test_command_tells_each_warning_once_in_a_sentence(
 def test_work_that_needs_no_warnings_leaves_the_users_on(
     coarse: BendingTest, tmp_path: Path
 ) -> None:
-    """Both may run in the user's own process, by one worker or an executor of threads."""
+    """Both may run in the user's own process, with one worker or an executor of threads."""
     test = override(coarse, ["protocol.travel_mm=0.2"])
     before = list(warnings.filters)
     CurveTask(test).compute()

@@ -1,4 +1,4 @@
-"""Kept results are those that were computed, or they are computed again."""
+"""Kept results are those that were computed; otherwise they are computed again."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from ramiefenics.solve import provenance
 FLIPS = 300
 
 Ask = Callable[[], tuple[pd.DataFrame, bool]]
-"""Asks for a curve; returns it, and whether it had to be computed."""
+"""Function that requests a curve; returns it, and whether it had to be computed."""
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def ask(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> Ask:
-    """Both ways to keep a curve, in a folder of one file; a formula stands for the simulation."""
+    """Both ways to keep a curve, in a folder of one file; a formula replaces the simulation."""
     computed: list[object] = []
 
     def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
@@ -82,7 +82,7 @@ def ask(
 def test_no_flipped_bit_is_used_as_if_true(
     ask: Ask, truth: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(store.os, "fsync", lambda _: None)  # 300 waits for a disk
+    monkeypatch.setattr(store.os, "fsync", lambda _: None)  # avoids waiting 300 times for a disk
     assert ask()[1]
     (file,) = tmp_path.iterdir()
     whole = file.read_bytes()
@@ -95,7 +95,7 @@ def test_no_flipped_bit_is_used_as_if_true(
         curve, computed = ask()
         assert computed, f"bit {place}"
         assert np.allclose(curve, truth, rtol=1e-14, atol=0.0)  # text to number and back
-    assert not ask()[1]  # what took its place is whole
+    assert not ask()[1]  # the replacement is sound
 
 
 @pytest.mark.filterwarnings("ignore:some results kept")
@@ -113,7 +113,7 @@ def test_what_is_cut_empty_or_anothers_is_computed_again(ask: Ask, tmp_path: Pat
 
 
 def test_what_cannot_be_read_is_computed_again(ask: Ask, tmp_path: Path) -> None:
-    """A folder of that name stands for a bad sector: reading it fails, whoever is at it."""
+    """A folder of that name stands for a bad sector: reading it fails for every user."""
     ask()
     (file,) = tmp_path.iterdir()
     file.unlink()
@@ -150,7 +150,7 @@ def test_a_full_disk_costs_no_result(
 
 
 class NewerPETSc:
-    """Stands for `PETSc.Sys`, which cannot be changed."""
+    """Stand-in for `PETSc.Sys`, which cannot be changed."""
 
     @staticmethod
     def getVersion() -> tuple[int, int, int]:
@@ -222,7 +222,7 @@ def test_a_key_depends_on_what_is_written_in_python_and_in_c(
 
 
 def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Path) -> None:
-    """Whatever else it has imported: workers keep what their parent looks for."""
+    """Other imports must not change it, because a parent looks for what its workers keep."""
     rf.write_test(coarse, tmp_path / "coarse.toml")
     script = (
         "import sys, json\n"
@@ -234,7 +234,7 @@ def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Pa
         "print(json.dumps([Simulation(test).keys(), CurveTask(test).keys()]))\n"
     )
     command = [sys.executable, "-c", script, str(tmp_path / "coarse.toml")]
-    command += ["pyvista", "scipy.linalg"]  # which bring libraries of linear algebra, maybe
+    command += ["pyvista", "scipy.linalg"]  # these may load libraries of linear algebra
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     here = [list(task.keys()) for task in (Simulation(coarse), CurveTask(coarse))]
     assert json.loads(done.stdout) == here
@@ -243,7 +243,7 @@ def test_a_key_is_the_same_in_every_process(coarse: rf.BendingTest, tmp_path: Pa
 def test_a_curve_kept_with_derivatives_serves_those_who_want_none(
     coarse: rf.BendingTest, truth: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """They get what they asked for, and no more."""
+    """They get the force without the derivatives."""
     used = factors(coarse)
     computed = []
 

@@ -1,4 +1,4 @@
-"""Response surfaces against textbooks, other formulas and the published regression."""
+"""Response surfaces, against textbooks, other formulas and the published regression."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def montgomery() -> Surface:
 
 @pytest.fixture(scope="module")
 def published() -> tuple[np.ndarray, np.ndarray]:
-    """Return Table 5 with seven rows put right, so that it is a central composite design."""
+    """Return Table 5 with seven rows corrected, so that it is a central composite design."""
     found = rf.reconcile(*table5())
     return found.repairs[0], found.printed.responses
 
@@ -110,7 +110,7 @@ def test_the_published_regression_comes_out_of_the_repaired_design(
     for name, value in printed.items():
         assert found[name] == pytest.approx(value, abs=0.0051)
     table = by_source(surface)
-    # Table 6: sums of squares and what follows from them; its F of X3 and X2X3 do not
+    # Table 6: sums of squares and what follows from them, which its F of X3 and X2X3 do not
     for source, total in {
         "model": 10.98,
         "X2": 2.54,
@@ -135,7 +135,7 @@ def test_selection_keeps_the_published_terms_and_their_hierarchy(
     rule: str, published: tuple[np.ndarray, np.ndarray]
 ) -> None:
     surface = select_surface("max_force_N", ["X1", "X2", "X3"], *published, "quadratic", rule)
-    # X1 has no effect of its own (p = 0.96), and stays for the product that contains it
+    # X1 has no effect of its own (p = 0.96), but stays because a product contains it
     assert surface.labels == ["constant", "X1", "X2", "X3", "X1 X2", "X2 X3"]
 
 
@@ -148,7 +148,7 @@ def test_selection_finds_the_terms_that_made_the_data(rule: str) -> None:
         surface = select_surface("max_force_N", list("ABC"), points, values, "quadratic", rule)
         assert {"A", "B", "C", "B C"} <= set(surface.labels)
         extra += len(surface.labels) - 5
-    # of 5 terms that are not there, each has about a chance of 0.05, by AICc somewhat more
+    # each of 5 absent terms is kept with a probability of about 0.05, by AICc somewhat more
     assert extra / 20 < 1.0
 
 
@@ -170,10 +170,10 @@ def test_a_deterministic_response_has_no_pure_error() -> None:
     assert np.isnan(table.loc["lack of fit", "p"])
     assert table.loc["lack of fit", "df"] == table.loc["residual", "df"] == 3
     assert any("deterministic" in note for note in surface.notes())
-    values[-1] += 0.01  # as soon as repeats differ they count
+    values[-1] += 0.01  # repeats that differ count as separate runs
     noisy = select_surface("max_force_N", ["A", "B"], points, values, rule="none")
     assert noisy.merged == 0
-    # the runs of a circle do not predict its only centre: it is left out of what PRESS sums up
+    # the runs on a circle do not predict their only centre, so PRESS leaves it out
     assert np.isnan(surface.diagnostics()["studentised"][8])
     assert np.isfinite(surface.prediction_error)
     assert by_source(noisy).loc["pure error", "df"] == 4
@@ -188,7 +188,7 @@ def test_intervals_of_coefficients_hold_as_often_as_they_say() -> None:
         values = model_matrix(points, terms) @ truth + generator.normal(0.0, 0.4, len(points))
         table = fit_surface("max_force_N", ["A", "B"], terms, points, values).coefficients()
         covered.append((table["low"] <= truth) & (truth <= table["high"]))
-    # 1800 coefficients of which about six are independent per set: 0.95 +- 3 times 0.006
+    # 1800 coefficients, about six independent ones per set: 0.95 +- 3 times 0.006
     assert np.mean(covered) == pytest.approx(0.95, abs=0.02)
 
 
@@ -199,7 +199,7 @@ def test_surfaces_predict_with_slope_and_error(montgomery: Surface) -> None:
         step[factor] = 1e-5
         central = (montgomery.predict(at + step) - montgomery.predict(at - step)) / 2e-5
         assert montgomery.slopes(at)[:, factor] == pytest.approx(central)
-    # at the centre of a design with five repeats: sigma / sqrt(5), corners and axes do not help
+    # at the centre, with five repeats: sigma / sqrt(5); corners and axial points do not help
     expected = np.sqrt(montgomery.fit.mse_resid / 5.0)
     assert montgomery.standard_error(at)[1] == pytest.approx(expected)
 
@@ -225,7 +225,7 @@ def test_too_few_or_confounded_runs_are_refused() -> None:
 
 
 def test_aicc_is_that_of_the_likelihood() -> None:
-    # -2 log L of normal errors, less the constant n (1 + log 2 pi), and Hurvich and Tsai's penalty
+    # -2 log L of normal errors minus the constant n (1 + log 2 pi), plus Hurvich and Tsai's penalty
     n, k, residual = 20, 4, 3.0
     log_likelihood = -0.5 * n * (1.0 + np.log(2.0 * np.pi * residual / n))
     full = -2.0 * log_likelihood + 2 * (k + 1) * n / (n - (k + 1) - 1)

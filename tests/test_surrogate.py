@@ -1,4 +1,4 @@
-"""Curves learned from few simulations, of stalks whose force is a closed formula."""
+"""Curves learned from few simulations, for stalks with a closed-form force."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ X_MM = np.linspace(0.0, 14.0, 29)
 
 
 def force_N(test: BendingTest) -> np.ndarray:
-    """A beam of layers whose section flattens: every number acts, none of them linearly."""
+    """Return the force on a layered beam whose section flattens; all parameters act nonlinearly."""
     radii = np.array(test.stalk.radii_mm)
     elastic = [layer.material.elastic for layer in test.stalk.layers]
     bending = 12.0 * np.pi * np.dot([e.E_Z_MPa for e in elastic], np.diff(radii**4))
@@ -36,7 +36,7 @@ def force_N(test: BendingTest) -> np.ndarray:
 
 
 def slope(test: BendingTest, change: Change) -> np.ndarray:
-    """Return a derivative, from one side where a number may go no farther."""
+    """Return a derivative, one-sided where a parameter is at its limit."""
     ends = []
     for amount in (-1e-5, 1e-5):
         with suppress(SpecificationError):
@@ -46,7 +46,7 @@ def slope(test: BendingTest, change: Change) -> np.ndarray:
 
 
 class Beams:
-    """Stands in for `Runs`; counts, and keeps what derivatives were asked for."""
+    """Stand-in for `Runs` that counts tasks and records the requested derivatives."""
 
     def __init__(self) -> None:
         self.asked = 0
@@ -64,7 +64,7 @@ class Beams:
 
 
 class Breaking(Beams):
-    """Stalks above a diameter break, and those far above it cannot be bent."""
+    """Beams of which those above a diameter break, and those far above it are refused."""
 
     def _done(self, task: CurveTask) -> Done[pd.DataFrame]:
         outer = task.test.stalk.outer_diameter_mm
@@ -81,7 +81,7 @@ def stalks(number: int, seed: int = 0) -> list[BendingTest]:
 
 
 def misses(tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], factor: Factor | None):
-    """Return errors of force or derivative over the peak."""
+    """Return errors of the force or a derivative, relative to the peak."""
     found = []
     for test, curve in zip(tests, curves, strict=True):
         true = force_N(test)
@@ -105,7 +105,7 @@ def test_many_stalks_take_few_simulations() -> None:
     errors = misses(tests, curves, None)
     assert np.sqrt((errors**2).mean()) < TOLERANCE
     assert np.quantile(errors, 0.95) < TOLERANCE  # two standard deviations
-    for factor in used:  # what a tenth of it changes is as exact
+    for factor in used:  # a change of a tenth is as accurate
         assert 0.1 * np.quantile(misses(tests, curves, factor), 0.95) < TOLERANCE
 
 
@@ -172,7 +172,7 @@ def test_what_moves_on_takes_few_more() -> None:
 
 
 def test_numbers_that_only_go_together_are_changed_together() -> None:
-    """Equal coefficients of friction: neither the dynamic nor the static one alone may move."""
+    """If both coefficients of friction are equal, neither may change alone."""
     both = tuple(("fixture", "friction", kind) for kind in ("static", "dynamic"))
     gripping = Direction("gripping", both, (0.3, 0.3))
     stalks = [
@@ -185,7 +185,7 @@ def test_numbers_that_only_go_together_are_changed_together() -> None:
     asked = [CurveTask(test, (*factors(test), gripping)) for test in stalks]
     curves = [done.result() for done in LearnedCurves(Beams()).map(asked)]
     assert misses(stalks, curves, None).max() < TOLERANCE
-    for curve in curves:  # it does not act
+    for curve in curves:  # friction has no effect on these forces
         assert np.abs(curve["gripping"]).max() < 1e-6 * curve["force_N"].max()
 
 
@@ -231,13 +231,13 @@ def test_where_many_curves_are_rough_all_are_refused() -> None:
     done = learned.map([CurveTask(test, used, smooth=True) for test in tests])
     assert all(isinstance(one.error, SpecificationError) for one in done)
     assert beams.asked < len(tests)
-    # those that may jump are simulated all the same
+    # curves that may jump are simulated nevertheless
     kept = learned.map([CurveTask(test, used) for test in tests[:-60]])
     assert all(one.error is None for one in kept)
 
 
 class Jumping(Beams):
-    """Stalks above a diameter have no derivatives where jumps are not allowed."""
+    """Beams of which those above a diameter fail if jumps are not allowed."""
 
     def _done(self, task: CurveTask) -> Done[pd.DataFrame]:
         if task.smooth and task.test.stalk.outer_diameter_mm > 15.5:
@@ -255,7 +255,7 @@ def test_a_few_rough_curves_are_simulated_plainly() -> None:
 
 
 def test_numbers_of_one_sign_are_not_mixed() -> None:
-    """Damages of two layers, both at least zero: more of one and less of other is impossible."""
+    """Damages of two layers are at least zero: one cannot grow while the other falls below it."""
     layers = [("stalk", "layers", k, "material", "large_strain", "fibre_damage") for k in (0, 1)]
     damages = [Direction(f"layer_{path[2]}", (path,), (0.3,)) for path in layers]
     tests, beams = stalks(20), Beams()
@@ -280,7 +280,7 @@ def test_other_meshes_are_another_family() -> None:
 
 
 def observations(number: int, seed: int) -> Observed:
-    """Values and gradients of two smooth functions of two numbers."""
+    """Return values and gradients of two smooth functions of two variables."""
     rng = np.random.default_rng(seed)
     at, along, value, run = [], [], [], []
     for index in range(number):
@@ -308,7 +308,7 @@ def test_gradient_of_the_likelihood_is_that_of_differences() -> None:
 
 
 def test_left_out_is_what_the_others_predict() -> None:
-    """With the same lengths and noise, a process without the run's observations misses as much."""
+    """A process with the same lengths and noise, but without the run, has the same error there."""
     observed = observations(8, 2)
     process = Process(observed)
     errors, deviations = process.left_out()
@@ -321,14 +321,14 @@ def test_left_out_is_what_the_others_predict() -> None:
     here = observed.at[out][:1]
     missed = observed.value[out][:1] - rest.mean(here)
     assert errors[3] == pytest.approx(missed[0], rel=1e-5, abs=1e-9)
-    # the noise of the value left out is in its deviation; scales are those of all runs
+    # the deviation includes the noise of the omitted value; scales are those of all runs
     scale = np.sqrt(process._scale2 / rest._scale2)
     with_noise = np.sqrt(rest.sd(here)[0] ** 2 + process._noise[0] ** 2 * rest._scale2)
     assert deviations[3] == pytest.approx(scale * with_noise, rel=1e-5)
 
 
 def test_what_one_run_alone_tells_cannot_be_left_out() -> None:
-    """Only the last run tells of the second number; without it the line has no slope there."""
+    """Only the last run depends on the second variable; without it the slope is unknown."""
     observed = observations(6, 5)
     at = observed.at.copy()
     at[:, 1] = 0.0
@@ -343,7 +343,7 @@ def test_what_one_run_alone_tells_cannot_be_left_out() -> None:
 
 
 def test_process_knows_what_it_does_not() -> None:
-    """Of points between and outside, errors are as large as the deviations say."""
+    """At points between and beyond the runs, errors are as large as their deviations."""
     process = Process(observations(10, 3))
     rng = np.random.default_rng(4)
     at = rng.uniform(-1.3, 1.3, (200, 2))

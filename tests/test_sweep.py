@@ -1,4 +1,4 @@
-"""Sweeps: all combinations, simulated once each, told in a table and figures."""
+"""Sweeps: all combinations, simulated once each, with table and figures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarnin
 def computed(
     monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
 ) -> list[rf.BendingTest]:
-    """Tests asked for; the force is the radius over the span at its peak, half-way."""
+    """List of simulated tests; the force peaks half-way, at the ratio of radius to span."""
     asked: list[rf.BendingTest] = []
 
     def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:

@@ -1,4 +1,4 @@
-"""Made-up data sets hold what they are said to hold, of stalks whose force is a closed formula."""
+"""Synthetic data sets contain what they should, for stalks with a closed-form force."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarnin
 
 AT_MM = np.linspace(0.0, 16.0, 161)
 ROUNDED_N = 0.05
-"""The load cell resolves 0.1 N."""
+"""Largest rounding error, as the load cell resolves 0.1 N."""
 
 GAP, LOAD_SCALE = rf.EFFECTS["seating_gap"], rf.EFFECTS["load_scale"]
 
 
 class Beams:
-    """Stands in for `Runs`: stalks without shear or crushing."""
+    """Stand-in for `Runs` with stalks that neither shear nor crush."""
 
     asked = 0
 
@@ -38,7 +38,7 @@ class Beams:
 
 
 def stiffness(test: rf.BendingTest) -> float:
-    """Return a force over displacement, N/mm, that goes with the cube of the span."""
+    """Return a stiffness, N/mm, that scales with the inverse cube of the span."""
     modulus = test.stalk.layers[-1].material.elastic.E_Z_MPa / 1000.0
     turned = np.cos(np.radians(test.stalk.rotation_deg)) ** 2
     return modulus * (5.0 + turned) * (100.0 / test.fixture.span_mm) ** 3
@@ -61,7 +61,7 @@ def test_every_stalk_is_bent_in_every_test(tmp_path: Path) -> None:
     for usual, short, turned in np.array(data.records, dtype=object).reshape(3, 3):
         assert [r.test.fixture.span_mm for r in (usual, short, turned)] == [100.0, 80.0, 100.0]
         assert [r.test.stalk.rotation_deg for r in (usual, short, turned)] == [0.0, 0.0, 90.0]
-        # the same stalk: its modulus is the same in all
+        # the same stalk has the same modulus in all tests
         assert force(short) == pytest.approx(force(usual) / 0.8**3, abs=3 * ROUNDED_N)
         assert force(turned) == pytest.approx(force(usual) * 5.0 / 6.0, abs=2 * ROUNDED_N)
 
@@ -92,7 +92,7 @@ def test_amplitudes_differ_between_specimens_not_between_their_tests(tmp_path: P
     scales = np.array(
         [force(h)[-1] / force(p)[-1] for h, p in zip(hidden.records, plain.records, strict=True)]
     ).reshape(12, 2)
-    assert scales[:, 0] == pytest.approx(scales[:, 1], abs=2e-3)  # of 0.1 N in 84 N
+    assert scales[:, 0] == pytest.approx(scales[:, 1], abs=2e-3)  # resolution of 0.1 N in 84 N
     # three standard errors of mean and standard deviation
     assert scales.mean() == pytest.approx(1.05, abs=3 * 0.02 / np.sqrt(12))
     assert scales[:, 0].std(ddof=1) == pytest.approx(0.02, abs=3 * 0.02 / np.sqrt(2 * 11))
@@ -129,5 +129,5 @@ def test_noise_has_its_share_of_the_peak(tmp_path: Path) -> None:
         (force(two) - force(one)) / force(one).max()
         for one, two in zip(plain.records, noisy.records, strict=True)
     ]
-    # eight records of 14 correlation lengths of half a millimetre on either side: 112 draws
+    # eight records of 14 double correlation lengths of half a millimetre: 112 draws
     assert np.std(errors) == pytest.approx(0.03, rel=3.0 / np.sqrt(2 * 112))

@@ -1,4 +1,4 @@
-"""Moduli, fibres and strains at rest that differ from point to point, against closed forms."""
+"""Moduli, fibres and strains at rest that vary from point to point, against closed forms."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ INNER, OUTER = 4.0, 8.0
 
 
 def tube(*changes: str) -> rf.BendingTest:
-    """Thick-walled, so that it hardly flattens."""
+    """Return a thick-walled tube, which hardly flattens."""
     fixture = rf.Fixture(span_mm=SPAN, friction=rf.Friction(0.0, 0.0))
     elements = ("numerics.mesh.wall_elements=1", "numerics.mesh.rind_elements=1")
     return slender(INNER, OUTER, fixture, *elements, *changes)
@@ -40,7 +40,7 @@ AMPLITUDE = 0.8
 
 
 def stiffer_by(amplitude: float) -> float:
-    """EI is the integral of E r^3, with E linear in r about the radius of the mean area."""
+    """Return the ratio of EI, the integral of E r^3 with E linear about the mean radius by area."""
     a, b = INNER / 2, OUTER / 2
     r = np.linspace(a, b, 10001)
     mean = 2 / 3 * (b**3 - a**3) / (b**2 - a**2)
@@ -50,8 +50,10 @@ def stiffer_by(amplitude: float) -> float:
 
 
 def bent_energy(amplitude: float) -> float:
-    """What a tube stores that is bent into an arc: so little that nothing but E y^2 counts,
-    and enough for the sum of squares not to drown in rounding.
+    """Return the energy stored in a tube that is bent into an arc.
+
+    The curvature is so small that only E y^2 matters, and large enough for the sum of squares to
+    stand out from rounding.
     """
     round_tube, curvature = tube("numerics.mesh.angular_elements=16"), 1e-6
     test = with_(round_tube, radial_gradient=amplitude)
@@ -75,7 +77,7 @@ def test_a_radial_gradient_changes_the_bending_stiffness() -> None:
 @pytest.mark.slow
 def test_a_radial_gradient_changes_the_force_as_the_bending_stiffness() -> None:
     graded = with_(tube(), radial_gradient=AMPLITUDE)
-    # quadratic arcs of 45 degrees; shear and contact take 2 % in either
+    # quadratic arcs of 45 degrees; shear and contact take 2 % with and without the gradient
     assert force(graded) / force(tube()) == pytest.approx(stiffer_by(AMPLITUDE), rel=4e-3)
 
 
@@ -112,7 +114,7 @@ def test_a_radial_gradient_keeps_the_mean_of_every_layer(shape: dict[str, float]
             fem.assemble_scalar(fem.form(f * dx(layer)))
             for f in (fem.Constant(built.mesh, 1.0), factor)
         )
-        # quadratic arcs err by a few thousandths of the outer layer's thickness
+        # quadratic arcs have an error of a few thousandths of the outer layer's thickness
         assert whole / one == pytest.approx(1.0, abs=3e-3)
     low, high = factor.x.array.min(), factor.x.array.max()
     assert low < 0.75
@@ -120,7 +122,7 @@ def test_a_radial_gradient_keeps_the_mean_of_every_layer(shape: dict[str, float]
 
 
 class Pulled:
-    """A thin tube of helical fibres, free but for a small axial stress on its ends."""
+    """A thin tube of helical fibres, free except for a small axial stress on its ends."""
 
     ELASTIC = rf.Elastic(60.0, 300.0, 0.3, 0.05, 40.0)
     ANGLE = math.radians(20.0)
@@ -146,7 +148,7 @@ class Pulled:
         problem.solve(1e-9)
 
     def slope(self, share: Callable[[Expr, Expr], Expr]) -> float:
-        """Mean over the middle of the stalk of what is linear in the displacement's gradient."""
+        """Return a mean, over the middle of the stalk, linear in the displacement gradient."""
         mesh = self.tube.mesh
         x, u = ufl.SpatialCoordinate(mesh), self.solid.displacement
         middle = ufl.conditional(ufl.lt(abs(x[2]), 20.0), 1.0, 0.0)
@@ -157,7 +159,7 @@ class Pulled:
 
     @classmethod
     def compliances(cls) -> tuple[float, float]:
-        """Axial strain, and shear between axis and tangent, by axial stress (Lekhnitskii 1963)."""
+        """Return axial strain and axial-hoop shear per axial stress (Lekhnitskii 1963)."""
         e, c, s = cls.ELASTIC, math.cos(cls.ANGLE), math.sin(cls.ANGLE)
         along, across, cross = 1 / e.E_Z_MPa, 1 / e.E_X_MPa, -e.nu_XZ / e.E_X_MPa
         mixed = 2 * cross + 1 / e.G_XZ_MPa
@@ -167,15 +169,15 @@ class Pulled:
 
 
 def test_helical_fibres_stretch_and_twist_as_the_rotated_compliance_has_it() -> None:
-    """Every piece of a thin wall is under axial stress alone; a tube of any length may twist."""
+    """Every piece of a thin wall is under axial stress alone, as the tube is free to twist."""
     stress = 1e-3
     pulled = Pulled(lambda _x: stress)
     stretch, shear = Pulled.compliances()
-    # half the wall is 1/39 of the radius; pieces at other radii share one twist
+    # half the wall is 1/39 of the radius; pieces at different radii share one twist
     assert pulled.slope(lambda _x, H: H[2, 2]) == pytest.approx(stress * stretch, rel=2e-3)
     around = pulled.slope(lambda x, H: (x[0] * H[1, 2] - x[1] * H[0, 2]) / Pulled.MIDDLE)
     assert around == pytest.approx(stress * shear, rel=2e-3)
-    assert around < 0  # fibres that lean towards X to Y straighten
+    assert around < 0  # the helical fibres straighten
 
 
 def test_helical_fibres_bend_as_the_rotated_compliance_has_it() -> None:
@@ -198,10 +200,10 @@ def test_forces_differentiate_by_what_differs_from_point_to_point(coarse: rf.Ben
         return rf.Parameter(lambda given, a: with_(given, **{name: a}), typical[name])
 
     found = rf.sensitivities(test, {name: parameter(name) for name in typical}, MPI.COMM_SELF)
-    assert found.by_differences == ("fibre_angle",)  # of the full model
+    assert found.by_differences == ("fibre_angle",)  # which needs the full model
     last = found.curve.iloc[-1]
     for name, amount in typical.items():
         low, high = (force(with_(test, **{name: a * amount})) for a in (-0.1, 0.1))
         slope = (high - low) / (0.2 * amount)
-        # steps of simulations differ; a mirror image bears the same
+        # steps of the simulations differ; a mirror image has the same force
         assert last[name] * amount == pytest.approx(slope * amount, abs=0.01 * last["force_N"])

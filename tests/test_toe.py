@@ -1,4 +1,4 @@
-"""Simulated curves are read without their toe where measured ones are."""
+"""Simulated curves are read without their toe if the measured ones are."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AT = np.linspace(0.5, 8.0, 20)
 
 
 def bent_N(x: np.ndarray) -> np.ndarray:
-    """A contact that hardens over 0.3 mm, then a beam that softens."""
+    """Return the force of a contact that stiffens over 0.3 mm, and a beam that softens."""
     x = np.asarray(x)
     return 12.0 * (x - 0.3 * (1.0 - np.exp(-x / 0.3))) - 0.35 * x**2
 
@@ -29,7 +29,7 @@ def simulated(step_mm: float = 0.25) -> pd.DataFrame:
 
 
 def test_the_same_stalk_is_read_the_same_whatever_the_machines_zero() -> None:
-    """With its toe a simulated curve lags by 2 % of the peak; without, by a fifth of that."""
+    """With its toe a simulated curve is off by 2 % of the peak; without, by at most 0.5 %."""
     at = np.arange(0.0, 9.0, 0.01)
     recorded = pd.DataFrame({"displacement_mm": at + 1.7, "force_N": bent_N(at)})
     moved, straight = seat(recorded, TOE), straight_part(recorded, TOE)
@@ -54,7 +54,7 @@ def test_a_gap_makes_no_difference_behind_a_toe() -> None:
 
 
 def test_a_toe_is_as_smooth_as_the_forces() -> None:
-    """Its derivative by a share of the beam's part, from both sides."""
+    """Its derivative by the beam's softening is the same from both sides."""
     straight = straight_part(simulated(0.01), TOE)
     assert straight is not None
 
@@ -66,13 +66,13 @@ def test_a_toe_is_as_smooth_as_the_forces() -> None:
 
 
 def test_an_offset_of_the_load_moves_the_zero_by_what_it_is_worth() -> None:
-    """As on the machine: by the offset over the slope, here farther than the straight part."""
+    """As on a machine, it moves by offset over slope, here farther than the straight part."""
     straight = straight_part(simulated(0.01), TOE)
     offset, toe = 30.0, toe_mm(bent_N, straight)
     moved = toe_mm(lambda x: np.where(x < 0.0, offset, bent_N(x) + offset), straight)
     assert straight is not None
     slope = float(np.diff(bent_N(np.array(straight)))[0] / (straight[1] - straight[0]))
-    assert toe - moved == pytest.approx(offset / slope, rel=0.05)  # a secant's slope
+    assert toe - moved == pytest.approx(offset / slope, rel=0.05)  # slope of a secant
 
 
 def test_other_seatings_leave_the_toe() -> None:

@@ -1,4 +1,4 @@
-"""Meshes against the geometry that they stand for."""
+"""Meshes, compared with the geometry that they represent."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_second_order_tube_has_the_layers_volumes(
     )
     tube = build_tube(test, MPI.COMM_SELF)
     for layer, exact in enumerate(_exact_volumes(test.stalk), start=1):
-        # quadratic arcs of 22.5 degrees leave 1e-4 of the outermost, thin layer
+        # quadratic arcs of 22.5 degrees have an error of 1e-4 of the outermost, thin layer
         assert _volume(tube, layer) == pytest.approx(SHARE[domain] * exact, rel=3e-4)
 
 
@@ -102,7 +102,7 @@ def test_sections_are_fine_at_the_bore_and_at_the_sides(
     x = x[np.abs(x[:, 2] - x[:, 2].min()) < 1e-9]
     radius, angle = np.hypot(x[:, 0], x[:, 1]), np.degrees(np.arctan2(x[:, 1], x[:, 0]))
     bore = np.unique(np.abs(angle[np.isclose(radius, test.stalk.radii_mm[0])]).round(3))
-    # corners every other node: 1 + 1.5 + 2.25 parts of 90 degrees
+    # every other node is a corner: 1 + 1.5 + 2.25 parts of 90 degrees
     corners = 90.0 / 4.75 * np.array([0.0, 1.0, 2.5, 4.75])
     expected = corners if domain != "full" else np.concatenate([corners, 180 - corners[-2::-1]])
     assert bore[::2] == pytest.approx(expected, abs=2e-3)
@@ -130,7 +130,7 @@ def test_cells_follow_the_shortest_of_span_diameter_and_radius(screening: Bendin
         return float(size.max()), float(size[0])
 
     usual = longest_and_under()
-    # everything three times as large: the same mesh, three times as large
+    # if everything is three times as large, so is the mesh
     large = longest_and_under(
         "stalk.layers.phloem.outer_diameter_mm=42.69",
         "stalk.layers.xylem.outer_diameter_mm=38.52",
@@ -143,7 +143,7 @@ def test_cells_follow_the_shortest_of_span_diameter_and_radius(screening: Bendin
     assert large == pytest.approx([3 * length for length in usual], rel=1e-9)
     sharp = longest_and_under("fixture.indenter_radius_mm=0.5")
     assert sharp[1] <= 0.06 * 21 * 0.5 * (1 + 1e-9)
-    assert sharp[0] == pytest.approx(usual[0], rel=0.2)  # far from it as before
+    assert sharp[0] == pytest.approx(usual[0], rel=0.2)  # unchanged far from the indenter
 
 
 def test_written_mesh_has_physical_names(screening: BendingTest, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Unloading: as curves of specimens, simulated, and as what tells causes apart."""
+"""Unloading: measured and simulated curves, and causes that it distinguishes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ UNLOADED = "protocol.then=[{to_mm=0}]"
 
 
 def pieces(test: rf.BendingTest) -> list[pd.DataFrame]:
-    """Curves of loading and of unloading, as tasks give them."""
+    """Return the curves of loading and of unloading, as tasks give them."""
     tasks = [CurveTask(one) for one in (test, rf.override(test, [UNLOADED]))]
     return [task.read(task.compute()) for task in tasks]
 
@@ -43,7 +43,7 @@ def test_without_friction_a_stalk_unloads_as_it_was_loaded(coarse: rf.BendingTes
     assert back["displacement_mm"].is_monotonic_increasing
     assert back["displacement_mm"].iloc[-1] == pytest.approx(3.0)
     again = np.interp(there["displacement_mm"], back["displacement_mm"], back["force_N"])
-    # between steps by straight lines
+    # interpolated linearly between steps
     assert again == pytest.approx(there["force_N"].to_numpy(), abs=0.01 * there["force_N"].max())
 
 
@@ -78,7 +78,7 @@ def test_unloading_is_a_record_of_its_own(folder: Path, tmp_path: Path) -> None:
     first = tmp_path / "curves/S01.csv"
     table = pd.read_csv(first)
     up, down = table.iloc[:281], table.iloc[281:]
-    # held and let go, with a displacement that trembles, and loaded again from 6 mm on
+    # held and unloaded, with a jittering displacement, and loaded again from 6 mm on
     held = up.iloc[[-1] * 5].assign(displacement_mm=[14.0, 13.999, 14.0, 13.998, 14.0])
     down = down[down["displacement_mm"] >= 6.0]
     table = pd.concat([up, held, down, down.iloc[[-2, -1]], down.iloc[::-1]])
@@ -126,7 +126,7 @@ def test_only_unloading_tells_what_lasts(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_machine_that_gives_way_turns_where_it_was_recorded(tmp_path: Path) -> None:
-    """The indenter turns before: damage that lasts is less than it would be."""
+    """The indenter turns at a smaller travel, so there is less lasting damage."""
     secrets = [Secret(COMPLIANCE, 0.02), Secret(LASTING, 0.5)]
     make_dataset(tmp_path, secrets, 32, Formula(), unloaded=True)
     suspects = {e.name: e for e in (LASTING, PASSING, COMPLIANCE)}
@@ -154,7 +154,7 @@ def test_holding_alone_is_no_other_test() -> None:
 
 @pytest.mark.slow
 def test_fibres_that_yield_are_found_by_unloading(tmp_path: Path) -> None:
-    """Finite elements from end to end, few specimens."""
+    """Finite elements throughout, with few specimens."""
     names = ("fibre_yield", "fibre_strength", "irreversible_damage")
     effect = rf.EFFECTS["fibre_yield"]
     with workers() as pool:

@@ -1,4 +1,4 @@
-"""Validation: what is predicted where the answer is known, and how the published study is put."""
+"""Validation: predictions with known answers, and the statement of the published study."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ on = ["thick"]
 
 
 def max_force(test: rf.BendingTest) -> float:
-    """Rises with the section's area, friction, and the logarithm of the radius."""
+    """Return a force that rises with the section's area, friction, and the radius's logarithm."""
     stalk, fixture = test.stalk, test.fixture
     area = stalk.outer_diameter_mm**2 - stalk.void_diameter_mm**2
     return area * (0.4 + fixture.friction.dynamic + 0.05 * math.log(fixture.indenter_radius_mm / 5))
@@ -79,7 +79,7 @@ def measured(name: str) -> float:
 def asked(
     monkeypatch: pytest.MonkeyPatch, as_result: Callable[..., rf.BendingResult]
 ) -> list[rf.BendingTest]:
-    """All that a simulator is asked for that takes no time."""
+    """List of the tests requested from a simulator that takes no time."""
     asked: list[rf.BendingTest] = []
 
     def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
@@ -106,7 +106,7 @@ def run(folder: Path, thick: float, thin: float, **changes: str) -> Validation:
 
 
 def plane(*slopes: float, constant: float = 0.0) -> Surface:
-    """A surface without error through the corners of a square."""
+    """Return a surface without error, through the corners of a square."""
     points = np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.0]])
     terms = ((0, 0), (1, 0), (0, 1))
     return Surface("max_force_N", ("a", "b"), terms, points, constant + points @ np.array(slopes))
@@ -119,12 +119,12 @@ def line(measured: float, error: float) -> Misfit:
 
 
 def test_predictions_are_those_of_bayes_rule() -> None:
-    # a is normal, 0.2 with deviation 0.1, far from the ends of its flat prior; b stays flat
+    # a is normal with mean 0.2 and deviation 0.1, far from the ends of its flat prior; b stays flat
     weighted, met = condition(line(11.0, 0.5), prior(line(11.0, 0.5)))
     assert met
     low, median, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
     assert median == pytest.approx(21.6, abs=0.02)
-    # a part in a hundred of the width: 131072 points, of which an eighth share the weight
+    # one per cent of the width: 131072 points, of which an eighth share the weight
     assert [low, high] == pytest.approx([21.6 - 1.96 * 0.8, 21.6 + 1.96 * 0.8], abs=0.03)
     low, median, high = Prediction(weighted, plane(0.0, 3.0)).interval
     assert [low, median, high] == pytest.approx([-2.85, 0.0, 2.85], abs=0.03)
@@ -133,8 +133,8 @@ def test_predictions_are_those_of_bayes_rule() -> None:
 
 
 def test_what_is_out_of_reach_leaves_wide_intervals() -> None:
-    # 10 + 5 a is 15 at most, 5 below: as an error of the model that leaves all of a open, more or
-    # less: deviations are counted from 15 in units of hypot(5, 0.5)
+    # 10 + 5 a is at most 15, which is 5 too low: as an error of the model this leaves a almost
+    # open, with deviations counted from 15 in units of hypot(5, 0.5)
     weighted, met = condition(line(20.0, 0.5), prior(line(20.0, 0.5)))
     assert not met
     low, _, high = Prediction(weighted, plane(8.0, 0.0, constant=20.0)).interval
@@ -178,12 +178,12 @@ def test_logarithmic_factors_have_their_middle_at_the_geometric_mean() -> None:
 
 
 def test_strength_rule_scales_with_the_section_modulus() -> None:
-    # twice all diameters: eight times the force; twice the span: half of it
+    # doubling all diameters gives eight times the force; doubling the span halves it
     small, large = rf.ramie(7.0, 3.5, 0.3), rf.ramie(14.0, 7.0, 0.6)
     tests = {"small": small, "large": large, "long": rf.override(large, ["fixture.span_mm=150"])}
     found = by_strength(tests, {"small": (10.0, 1.0)})
     assert found == pytest.approx({"small": 10.0, "large": 80.0, "long": 80.0 / 1.5})
-    # two that disagree, the second known three times better
+    # two measurements that disagree, the second three times more accurate
     mean = by_strength(tests, {"small": (10.0, 3.0), "large": (100.0, 8.0)})["small"]
     assert mean == pytest.approx((10.0 / 9.0 + 12.5) / (1.0 / 9.0 + 1.0))
 
@@ -196,7 +196,7 @@ def test_the_right_model_predicts_the_other_stalk(done: Validation) -> None:
     for name in ("calibrated", "fixed", "simulated"):
         assert table.loc["thin", name] == pytest.approx(measured("table8-2"), rel=2e-3)
     assert table.loc["thin", "high"] - table.loc["thin", "low"] < 1.0
-    # 2 (a + b - sqrt(0.2 a b)) of the area is between the 2.5 % quantiles of the sum of two
+    # 2 (a + b - sqrt(0.2 a b)) of the area is the width of the 95 % interval of the sum of two
     # flat distributions of half widths a = 0.05 and b = 0.05 ln 2
     width = 2.0 * (0.05 + 0.0347 - math.sqrt(0.2 * 0.05 * 0.0347)) * (14.3**2 - 7.45**2)
     assert table.loc["thin", "prior_high"] - table.loc["thin", "prior_low"] == pytest.approx(
@@ -226,7 +226,7 @@ def test_what_the_factors_do_not_reach_is_told(asked: list[rf.BendingTest], tmp_
     found = run(tmp_path, 1.5 * measured("table8-1"), 100.0)
     assert not found.assessments[0].reached
     assert "No values of the factors meet" in " ".join(found.findings())
-    # within the whole prior's reach, but friction alone does not come so far
+    # within reach of the whole prior, but not of friction alone
     found = run(tmp_path, 1.13 * measured("table8-1"), 100.0)
     assert found.assessments[0].reached
     assert not found.assessments[0].reached_fixed
@@ -272,7 +272,7 @@ def test_the_shipped_study_states_what_was_published() -> None:
         assert observation.measured == row.measured_force_N
         assert observation.published == row.simulated_force_N
         assert observation.error == text["max_force_sd_69cm_N"]
-    assert all(len(split.on) == 1 for split in study.splits)  # at one height only
+    assert all(len(split.on) == 1 for split in study.splits)  # calibrated at one height only
 
 
 BAD = {

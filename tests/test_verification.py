@@ -1,4 +1,4 @@
-"""Every verification study holds; the instruments that they measure with are right themselves."""
+"""Every verification study holds, and the tools that the studies use are correct."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_study_holds(name: str) -> None:
 
 @pytest.mark.parametrize("hollow", [0.1, 0.5, 0.9])
 def test_shear_stiffness_of_one_layer_is_cowpers(hollow: float) -> None:
-    """Cowper (1966), hollow circle with nu = 0: 6 (1 + m^2)^2 / (7 (1 + m^2)^2 + 20 m^2)."""
+    """Cowper (1966): it is 6 (1 + m^2)^2 / (7 (1 + m^2)^2 + 20 m^2) for a tube with nu = 0."""
     tube = LayeredTube((hollow, 1.0), (100.0,), (7.0,))
     square = (1 + hollow**2) ** 2
     coefficient = 6 * square / (7 * square + 20 * hollow**2)

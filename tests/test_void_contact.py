@@ -1,4 +1,4 @@
-"""Contact of the void's walls where the void closes."""
+"""Contact between the walls of the void once it closes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ THIN = [
     "fixture.friction.dynamic=0",
     "numerics.acoustic_check=false",
 ]
-"""A thin soft wall, flattened long before it breaks."""
+"""Settings of a stalk with a thin soft wall, which flattens long before it fails."""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def thin(coarse: BendingTest) -> BendingTest:
 def test_a_run_goes_on_beyond_the_closing_of_the_void(
     thin: BendingTest, simulated: Simulate
 ) -> None:
-    """What the walls do to each other costs no energy, and keeps them apart."""
+    """Contact between the walls conserves energy, and keeps them apart."""
     result = simulated(thin)
     assert result.ending.kind == "completed"
     curve = result.curve
@@ -39,10 +39,10 @@ def test_a_run_goes_on_beyond_the_closing_of_the_void(
     assert closed.sum() > 5
     at = curve["displacement_mm"][closed].iloc[0]
     assert any(f"the void has closed at {at:.2f} mm" in note for note in result.notes())
-    # corners of the mesh, between which the penalty acts, go a fifth of a cell into each other
+    # corners of the mesh, between which the penalty acts, overlap by a fifth of a cell
     assert curve["void_height_mm"].min() > -0.2
     assert 0.2 < curve["void_force_N"].iloc[-1] / curve["force_N"].iloc[-1] < 1.0
-    # forces that are no derivative of the stored energy would leave a gap; steps leave 0.1 %
+    # forces that do not derive from the stored energy would leave a gap; the steps leave 0.1 %
     work, stored = curve["indenter_work_Nmm"].iloc[-1], curve["stored_energy_Nmm"].iloc[-1]
     assert stored == pytest.approx(work, rel=2e-3)
 
@@ -70,12 +70,12 @@ def pressed(request: pytest.FixtureRequest, coarse: BendingTest) -> BendingProbl
     assert problem.walls is not None
 
     def flattened(x: np.ndarray, height: float) -> np.ndarray:
-        """The bore's ellipse as flat as that; sections far away stay round."""
+        """Flatten the bore to an ellipse of a given height; sections far away stay round."""
         share = (1.0 - height) * np.exp(-((x[2] / 15.0) ** 2))
         sunk = np.where(x[1] > 0.0, 0.05, 0.0) * np.exp(-((x[2] / 15.0) ** 2))
         return np.stack([0.02 * x[0] * share, -share * x[1] - sunk, 0.01 * x[1] * share])
 
-    # walls are paired where they are near, and then overlap within the step
+    # walls are paired when they are close, and then overlap within the step
     problem.displacement.interpolate(lambda x: flattened(x, 0.02))
     problem.accept()
     problem.displacement.interpolate(lambda x: flattened(x, 0.004))
@@ -122,7 +122,7 @@ def test_stiffness_is_the_slope_of_the_forces(pressed: BendingProblem) -> None:
 
 
 def test_walls_are_in_balance(pressed: BendingProblem) -> None:
-    """The virtual work of rigid motions vanishes: translations, and rotations of the present."""
+    """The virtual work of translations, and of rotations of the current state, vanishes."""
     walls, u = pressed.walls, pressed.displacement
     assert walls is not None
     found = forces(walls, pressed)
@@ -132,7 +132,7 @@ def test_walls_are_in_balance(pressed: BendingProblem) -> None:
     for axis in np.eye(3):
         rigid.interpolate(lambda x, axis=axis: np.outer(axis, np.ones(x.shape[1])))
         assert abs(found @ rigid.x.array) < 1e-9 * pushed
-    # a place on the roof and that on the floor have moved apart sideways by 1e-2 mm since they met
+    # points on roof and floor have moved apart sideways by 1e-2 mm since they were paired
     place = u.copy()
     place.interpolate(lambda x: x)
     place.x.array[:] += now.x.array
@@ -143,7 +143,7 @@ def test_walls_are_in_balance(pressed: BendingProblem) -> None:
 
 @pytest.mark.mpi
 def test_walls_meet_on_ranks_as_on_one(thin: BendingTest) -> None:
-    """A pair may be of two ranks. Newton's tolerance is 1e-4 of the residual, and less is left."""
+    """A pair may span two ranks; Newton's tolerance is 1e-4 of the residual, and less is left."""
     test = override(thin, ["protocol.travel_mm=22", "numerics.stepping.max_step_mm=1"])
     alone, together = (simulate(test, comm).curve for comm in (MPI.COMM_SELF, MPI.COMM_WORLD))
     assert alone["void_force_N"].iloc[-1] > 0.0
@@ -154,7 +154,7 @@ def test_walls_meet_on_ranks_as_on_one(thin: BendingTest) -> None:
 
 @pytest.mark.slow
 def test_the_force_beyond_the_closing_converges(screening: BendingTest) -> None:
-    """Two recipes differ no more beyond it than before, by some per cent for so thin a wall."""
+    """Two recipes differ no more beyond it than before: a few per cent for so thin a wall."""
     forces = []
     for recipe in ("screening", "standard"):
         test = override(screening, [*THIN, f"numerics.mesh={recipe}", "protocol.travel_mm=22"])

@@ -4,11 +4,11 @@ Usage: python calculix_bend.py MESH.msh [--friction MU] [--closing PENALTY] [--o
 
 C3D8 elements, compressible neo-Hookean layers, node-to-surface penalty contact of 200 N/mm3
 with cylinders of flat facets whose nodes are all prescribed; steps of 1 mm. With --closing PENALTY
-the nodes inside are moved until the void is 11 mm wide, and the tube is pinched between two
-cylinders opposite each other until the void closes and its roof touches its floor, all by
-surface-to-surface contact of that penalty. Weak springs to the
-ground keep the tube from drifting. Forces are for the whole tube (4 times the quarter).
-Needs ccx (2.20 or newer) on the PATH and nothing beyond Python's standard library.
+the inner nodes are moved so that the void is 11 mm wide, and the tube is pinched between two
+opposite cylinders until the void closes and its roof touches its floor, with surface-to-surface
+contact of that penalty. Weak springs to the ground keep the tube from drifting. Forces are for the
+whole tube (4 times the quarter). Needs ccx (2.20 or newer) on the PATH and nothing beyond Python's
+standard library.
 """
 
 import argparse
@@ -24,13 +24,13 @@ from pathlib import Path
 YOUNG = {1: 30.0, 2: 120.0}  # MPa, of the volume tags xylem and phloem
 OUTER, INNER, SYMMETRY_X, SYMMETRY_Z, END = 11, 12, 13, 14, 15  # surface tags
 TUBE_RADIUS, XYLEM_RADIUS, VOID_RADIUS = 7.115, 6.42, 3.64  # mm
-WIDE_RADIUS = 5.5  # mm, of the void that closes
+WIDE_RADIUS = 5.5  # mm, of the widened void that closes
 CYLINDER_X = (-1.0, 9.0)  # mm, extent along the axis
 CONTACT_REACH = 15.0  # mm along z from a cylinder's axis within which the tube may touch it
 FACET = 0.218  # mm, length around a cylinder
-FACETS_ANGLE = 60.0  # degrees, of all on each side of the line that touches first
-SIDES_HEIGHT = 2.0  # mm; closer to the plane y = 0 roof and floor of the void do not touch
-TENSION = 1e-6  # MPa, of nodes far off: as good as none
+FACETS_ANGLE = 60.0  # degrees, covered by facets on each side of the line of first contact
+SIDES_HEIGHT = 2.0  # mm; faces of the void closer to y = 0 belong to neither roof nor floor
+TENSION = 1e-6  # MPa, of nodes far apart: negligible
 STICK_SLOPE = 20.0  # N/mm3, tangential stiffness of sticking under friction
 SETTLE = 1e-3  # mm, initial penetration of both cylinders
 GROUND = 1e-5  # N/mm, spring on each node of the two ends of the tube
@@ -41,7 +41,7 @@ Cells = dict[int, list[list[int]]]
 
 
 def read_mesh(path: Path) -> tuple[list[list[float]], Cells, Cells]:
-    """Points, and the cells of each volume tag and of each surface tag, of a Gmsh 2.2 file."""
+    """Return the points, and the cells by volume tag and by surface tag, of a Gmsh 2.2 file."""
     lines = path.read_text().splitlines()
     start = lines.index("$Nodes") + 2
     points = [
@@ -58,7 +58,7 @@ def read_mesh(path: Path) -> tuple[list[list[float]], Cells, Cells]:
 
 
 def widened(point: list[float]) -> list[float]:
-    """Return where a node goes if the void is wider; the outside of the xylem stays."""
+    """Return where a node moves as the void is widened; the outside of the xylem stays."""
     x, y, z = point
     radius = math.hypot(x, y)
     share = max(XYLEM_RADIUS - radius, 0.0) / (XYLEM_RADIUS - VOID_RADIUS)  # 1 at the void
@@ -74,7 +74,7 @@ def keyword(name: str, rows: Iterable[Iterable[object]]) -> str:
 def cylinder(
     name: str, side: int, z: float, radius: float, node: int, element: int
 ) -> tuple[str, int, int]:
-    """Input of one cylinder above (side 1) or below (-1) the tube; next node and element."""
+    """Return the input of a cylinder above (side 1) or below (-1) the tube, and the next ids."""
     center = side * (TUBE_RADIUS + radius - SETTLE)
     nodes, elements = [], []
     facets = round(math.radians(FACETS_ANGLE) * radius / FACET)
@@ -96,20 +96,20 @@ def cylinder(
 
 @dataclass(frozen=True)
 class Setting:
-    """What differs between the problems.
+    """Settings that differ between the problems.
 
     Attributes
     ----------
     friction
         Coulomb's coefficient.
     radius, support_z
-        Of the cylinders, and where the lower one is along the tube, mm.
+        Radius of the cylinders, and position of the lower one along the tube, mm.
     travel, every
-        Of the upper one, and after how much of it forces are printed, mm.
+        Travel of the upper cylinder, and interval of it after which forces are printed, mm.
     penalty
         Stiffness of contact, N/mm3.
     walls
-        Whether the void is wide, and its roof may touch its floor.
+        Whether the void is widened, and its roof may touch its floor.
     """
 
     friction: float = 0.0
@@ -127,11 +127,11 @@ PATIENT = """*CONTROLS, PARAMETERS=TIME INCREMENTATION
 8, 12, 9, 40, 20, 4, , 10
 0.25, 0.5, 0.75, 0.85, , , 1.5
 """
-"""More iterations than usual, as the walls find each other."""
+"""Limits with more iterations than usual, which are needed where the walls come into contact."""
 
 
 def tube(points: list[list[float]], volumes: Cells, surfaces: Cells, setting: Setting) -> str:
-    """Input of the tube: nodes, layers, symmetry planes, the faces that may touch, springs."""
+    """Return the input of the tube: nodes, layers, faces that may touch, symmetry planes."""
     text = keyword("*NODE, NSET=TUBE", ((i, *point) for i, point in enumerate(points, 1)))
     outer, inner = ({frozenset(face) for face in surfaces[tag]} for tag in (OUTER, INNER))
     touching: dict[str, list] = {"INDENTER": [], "SUPPORT": [], "ROOF": [], "FLOOR": []}
@@ -162,12 +162,12 @@ def tube(points: list[list[float]], volumes: Cells, surfaces: Cells, setting: Se
 
 
 def nodes_of(faces: list[list[int]]) -> list[int]:
-    """Nodes of some faces, each once."""
+    """Return the nodes of some faces, each once."""
     return sorted({node for face in faces for node in face})
 
 
 def contact(setting: Setting) -> str:
-    """Input of the contact of the tube with both cylinders, and of its void's walls."""
+    """Return the input of the contact with both cylinders, and of that between the void's walls."""
     kind = "SURFACE" if setting.walls else "NODE"
     text = "*MATERIAL, NAME=CYLINDER\n*ELASTIC\n1000., 0.3\n"
     text += "*SURFACE INTERACTION, NAME=TOUCH\n"
@@ -186,7 +186,7 @@ def contact(setting: Setting) -> str:
 
 
 def loading(setting: Setting) -> str:
-    """Input of the fixed nodes and of the one step, which stops wherever forces are printed."""
+    """Return the input of the fixed nodes and the only step, which stops to print forces."""
     travel, every = setting.travel, setting.every
     return f"""*BOUNDARY
 SYMMETRY_X, 1
@@ -228,7 +228,7 @@ def input_file(mesh: Path, setting: Setting) -> str:
 
 
 def indenter_forces(printed: str) -> list[tuple[float, float]]:
-    """Depth and force of the whole tube from what CalculiX printed."""
+    """Return depths, and forces of the whole tube, from CalculiX's printed output."""
     pattern = r"total force.*INDENTER and time\s+(\S+)\s+\S+\s+(\S+)"
     return [
         (round(float(time), 4), -4 * float(force)) for time, force in re.findall(pattern, printed)

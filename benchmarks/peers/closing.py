@@ -1,9 +1,9 @@
-"""Forces of CalculiX on a tube whose void closes, with which `ramiefenics verify closed` compares.
+"""CalculiX's forces on a tube whose void closes, the reference of `ramiefenics verify closed`.
 
     python3 benchmarks/peers/closing.py
 
-Two penalties, which tell where the limit of a stiffer one is. Writes
-`ramiefenics/verification/data/closing_neohooke_L1.csv`; six minutes.
+Two penalties show where the limit of stiff contact lies. Takes six minutes. Writes
+`ramiefenics/verification/data/closing_neohooke_L1.csv`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ PENALTIES = (500, 2000)  # N/mm3
 
 
 def main() -> None:
-    """Run."""
+    """Run CalculiX with each penalty, and write the forces."""
     rows = ["code,displacement_mm,force_N"]
     with tempfile.TemporaryDirectory() as folder:
         for penalty in PENALTIES:

@@ -33,7 +33,7 @@ TOLERANCE = 1e-6  # of the residual, relative to the reaction forces
 
 
 def read_mesh(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray], dict[int, np.ndarray]]:
-    """Points, and the cells of each volume tag and of each surface tag, of a Gmsh 2.2 file."""
+    """Return the points, and the cells by volume tag and by surface tag, of a Gmsh 2.2 file."""
     lines = path.read_text().splitlines()
     start = lines.index("$Nodes") + 2
     points = np.array([line.split()[1:] for line in lines[start : start + int(lines[start - 1])]])
@@ -51,7 +51,7 @@ def read_mesh(path: Path) -> tuple[np.ndarray, dict[int, np.ndarray], dict[int, 
 
 
 def nodal_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area that belongs to each point: a quarter of each quadrilateral around it."""
+    """Return the area that belongs to each point: a quarter of each quadrilateral around it."""
     corner = points[faces]
     cross = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     areas = np.linalg.norm(cross, axis=1) / 2
@@ -61,7 +61,7 @@ def nodal_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def cylinder_contacts(
     field: fem.FieldContainer, center: int, areas: np.ndarray, friction: float
 ) -> list[fem.ContactRigidCylinder]:
-    """Contacts of one cylinder, one for each size of nodal area (inside, on edges, corners)."""
+    """Return a cylinder's contacts, one per size of nodal area (inside, on edges, at corners)."""
     points = field.region.mesh.points
     side = points[:, 1] * np.sign(points[center, 1]) > 0
     near = np.abs(points[:, 2] - points[center, 2]) < CONTACT_REACH
@@ -83,7 +83,7 @@ def cylinder_contacts(
 
 
 def displacement(points: np.ndarray, cells: np.ndarray) -> fem.FieldContainer:
-    """Displacement field on some cells, with values at all points."""
+    """Return a displacement field on some cells, with values at all points."""
     mesh = fem.Mesh(points, cells, "hexahedron")
     return fem.FieldContainer([fem.Field(fem.RegionHexahedron(mesh), dim=3)])
 
@@ -97,7 +97,7 @@ class Pardiso(PyPardisoSolver):
         self.pattern = (np.empty(0), np.empty(0))
 
     def __call__(self, matrix: csr_matrix, right: np.ndarray) -> np.ndarray:
-        """Solution of the linear system."""
+        """Return the solution of the linear system."""
         matrix = triu(matrix, format="csr") if self.symmetric else matrix
         self._check_A(matrix)
         pattern = (matrix.indptr, matrix.indices)
@@ -108,7 +108,7 @@ class Pardiso(PyPardisoSolver):
 
 
 def neo_hooke(tag: int) -> fem.NeoHooke:
-    """Material of a volume tag."""
+    """Return the material of a volume tag."""
     return fem.NeoHooke(mu=YOUNG[tag] / 2.6, bulk=YOUNG[tag] / 1.2)
 
 
@@ -148,7 +148,7 @@ class Model:
         self.solver = Pardiso(symmetric=not friction)
 
     def push(self, depth: float, guess: np.ndarray) -> tuple[np.ndarray, float, int]:
-        """Displacement, indenter force of the whole tube and iterations, at a depth."""
+        """Return displacement, indenter force of the whole tube, and iterations at a depth."""
         self.field[0].values[:] = guess
         self.field[0].values[self.indenter, 1] = -depth
         result = fem.newtonraphson(
@@ -168,7 +168,7 @@ class Model:
 
 
 def bend(model: Model, step: float = 1.0) -> list[tuple[float, float]]:
-    """Depth of the indenter and its force after each step, mm and N."""
+    """Return the depth of the indenter and its force after each step, mm and N."""
     before = now = model.field[0].values.copy()
     forces = []
     for number in range(1, round(END / step) + 1):

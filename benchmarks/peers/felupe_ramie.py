@@ -1,10 +1,10 @@
-"""Bend a stalk with FElupe: the default law, on a mesh of `ramiefenics mesh`.
+"""Bend a stalk with FElupe, with the default law on a mesh of `ramiefenics mesh`.
 
 Usage: python felupe_ramie.py MESH.msh PARAMETERS.json [--friction MU] [--out forces.csv]
 
-As felupe_bend.py, but for the law, which tensortrax differentiates, and for the steps: of 0.25 mm,
-as longer ones do not converge. The mesh is in Gmsh's format 2.2; the parameters are those of the
-law, by layer.
+As felupe_bend.py, except for the law, which tensortrax differentiates, and the steps of 0.25 mm,
+because longer ones do not converge. The mesh is in Gmsh's format 2.2; the parameters are those of
+the law, by layer.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import felupe as fem
 import tensortrax.math as tm
 from felupe_bend import Model, bend, write
 
-SURFACES = (101, 104, 105)  # as felupe_bend's
+SURFACES = (101, 104, 105)  # tags of the same surfaces as in felupe_bend
 STEP = 0.25  # mm
 
 

@@ -1,9 +1,9 @@
-"""Error against time of FElupe's hexahedra: the calibration stalk with the default law.
+"""Error against time of FElupe's hexahedra, for the calibration stalk with the default law.
 
     ./run python benchmarks/peers/front.py --felupe PYTHON
 
-`PYTHON` as for `race.py`, with tensortrax besides. Three minutes on one core. Keeps finished runs
-in `records/felupe_front.json`; `performance.py` draws them.
+`PYTHON` is as for `race.py`, with tensortrax in addition. Takes three minutes on one core. Keeps
+finished runs in `records/felupe_front.json`; `performance.py` draws them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ RECIPES = ("ladder_q1_1", "ladder_q1_2", "ladder_q1_3")
 
 
 def run(recipe: str, python: str) -> dict[str, Any]:
-    """Write mesh and parameters, and have FElupe bend the stalk."""
+    """Write mesh and parameters, have FElupe bend the stalk, and return forces and cost."""
     warnings.simplefilter("ignore", SpecificationWarning)
     test = override(published_test("table3"), [f"numerics.mesh={recipe}"])
     parameters = [LAWS[test.law].parameters(layer.material) for layer in test.stalk.layers]
@@ -57,7 +57,7 @@ def run(recipe: str, python: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Run what is not recorded yet."""
+    """Run the meshes that are not recorded yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--felupe", required=True, help="a Python that has FElupe and tensortrax")
     arguments = parser.parse_args()

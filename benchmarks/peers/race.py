@@ -1,10 +1,10 @@
-"""The same problem on the same mesh by three codes, in turn: user CPU time of whole processes.
+"""User CPU time of three codes for the same problem on the same mesh, as whole processes in turn.
 
     python3 benchmarks/peers/race.py MESH.msh... --felupe PYTHON
 
-Needs FElupe 11.3 with pypardiso in `PYTHON`, a virtual environment on top of that of `./run`, and
-CalculiX 2.20 as `ccx` where this runs, which needs no packages. Keeps finished races in
-`records/race.json`.
+Needs FElupe 11.3 with pypardiso in `PYTHON`, the interpreter of a virtual environment on top of
+that of `./run`, and CalculiX 2.20 as `ccx` on the PATH. The script itself needs no packages. Keeps
+finished races in `records/race.json`.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ def user_seconds(command: list[str], cwd: str) -> float:
 
 
 def forces(path: Path) -> dict[str, float]:
-    """Return the forces at 4, 8 and 14 mm; between steps, linearly interpolated."""
+    """Return the forces at 4, 8 and 14 mm, interpolated linearly between steps."""
     lines = path.read_text().splitlines()[1:]
     rows = [tuple(map(float, line.split(","))) for line in lines]
     return {f"force_{at}mm_N": between(rows, at) for at in (4, 8, 14)}
 
 
 def between(rows: list[tuple[float, ...]], at: float) -> float:
-    """Return the force at a travel that the rows reach."""
+    """Return the force at a travel within the range of the rows."""
     end = next(k for k, (travel, _) in enumerate(rows) if travel > at - 1e-6)
     (x0, y0), (x1, y1) = rows[max(end - 1, 0)], rows[end]
     return y0 + (y1 - y0) * (at - x0) / (x1 - x0)
@@ -56,7 +56,7 @@ def race(mesh: Path, friction: float, pythons: dict[str, list[str]]) -> dict[str
         for turn in range(PAIRS + 1):
             for name, python in pythons.items():
                 if turn == 0 and name != "ramiefenics":
-                    continue  # only ours has something to compile
+                    continue  # the first turn is for compilation, which only ramiefenics needs
                 out = Path(folder) / f"{name}.csv"
                 script = str(HERE / f"{name}_bend.py")
                 command = [*python, script, str(mesh), "--friction", str(friction)]

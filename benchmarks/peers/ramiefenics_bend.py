@@ -1,4 +1,4 @@
-"""The isotropic contact problem of the race, by this code.
+"""The isotropic contact problem of the race, solved by ramiefenics.
 
 python ramiefenics_bend.py MESH.msh [--friction MU] [--out forces.csv]
 """
@@ -16,7 +16,7 @@ TAGS = {11: "outer", 12: "inner", 13: "symmetry_x", 14: "symmetry_z", 15: "ends"
 
 
 def problem(friction: float) -> BendingTest:
-    """Return the specification."""
+    """Return the specification of the problem."""
     xylem, phloem = (Material(Elastic(E, E, 0.3, 0.3, E / 2.6)) for E in (30.0, 120.0))
     layers = (Layer("xylem", 12.84, xylem), Layer("phloem", 14.23, phloem))
     return override(
@@ -25,13 +25,13 @@ def problem(friction: float) -> BendingTest:
             f"fixture.friction.static={friction}",
             f"fixture.friction.dynamic={friction}",
             "protocol.save_every_mm=14",
-            "numerics.acoustic_check=false",  # the peers have none
+            "numerics.acoustic_check=false",  # the other codes have no such check
         ],
     )
 
 
 def main() -> None:
-    """Run."""
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("mesh")
     parser.add_argument("--friction", type=float, default=0.0)

@@ -1,1 +1,1 @@
-"""From designed simulations and measured responses to parameters, and how well they are known."""
+"""Calibration of parameters by designed simulations, and how well the data determine them."""

@@ -1,4 +1,4 @@
-"""A whole study: simulate a design, fit surfaces, meet targets, tell what the data fix."""
+"""A whole study: simulate a design, fit response surfaces, calibrate the parameters."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ def calibrate(
     on_stage: Callable[[str, int], None] = lambda name, expected: None,
     on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
-    """Do a study.
+    """Simulate the design of a study, fit response surfaces, and calibrate the parameters.
 
     Parameters
     ----------
     study
         A study, its file, or the name of one that comes with the code.
     executor, folder
-        What does the simulations, and where they are kept: see `Runs`.
+        Executor of the simulations, and folder in which they are stored; see `Runs`.
     on_stage
-        Told what is begun, and how many simulations it takes.
+        Called at the beginning of each stage with its name and its number of simulations.
     on_done
-        Told how many simulations have been done since the last call: see `Runs`.
+        Called with the number of simulations done since the last call; see `Runs`.
 
     Raises
     ------
     SpecificationError
-        If the study, its data or a specification that it leads to cannot be used, or too few
-        simulations succeed for its model.
+        If the study, its data or a specification derived from it cannot be used, or too few
+        simulations succeed to fit the model.
     KeyboardInterrupt
-        If the user has interrupted it; finished simulations are kept.
+        If the user interrupts the study; finished simulations are kept.
     """
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
@@ -69,7 +69,7 @@ def respond(
     folder: Path | None = None,
     on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
-    """Simulate the design of a study, and fit its surfaces; leave alone what was measured.
+    """Simulate the design of a study and fit its response surfaces, without calibrating.
 
     Parameters and errors are those of `calibrate`.
     """

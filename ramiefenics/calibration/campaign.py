@@ -1,4 +1,4 @@
-"""All simulations of a design."""
+"""Simulation of all runs of a design."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ramiefenics.specification import BendingTest
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a simulation.
+    """Outcome of a simulation.
 
     Attributes
     ----------
     test
-        The specification.
+        Specification that was simulated.
     run
-        None if it failed with an error.
+        Stored simulation; None if it failed with an error.
     error
-        Why; empty if it did not.
+        Message of that error; empty if there was none.
     """
 
     test: BendingTest
@@ -33,12 +33,12 @@ class Outcome:
 
     @property
     def result(self) -> BendingResult | None:
-        """The simulation, if there is one."""
+        """Result of the simulation; None if it failed."""
         return None if self.run is None else self.run.result
 
     @property
     def ending(self) -> str:
-        """Return ``completed``, or why not."""
+        """``completed``, or the reason why the simulation did not complete."""
         if self.result is None:
             return f"failed: {self.error}"
         return "completed" if self.result.completed else self.result.ending.reason
@@ -51,9 +51,9 @@ class Campaign:
     Attributes
     ----------
     outcomes
-        One per test asked for, in their order.
+        Outcomes of the requested tests, in the same order.
     simulated
-        How many had not been done before.
+        Number of simulations that had not been done before.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -61,7 +61,7 @@ class Campaign:
 
     @property
     def distinct(self) -> int:
-        """Number of tests that differ."""
+        """Number of distinct tests."""
         return len({id(outcome) for outcome in self.outcomes})
 
     @property
@@ -77,19 +77,19 @@ def run_campaign(
     folder: Path | None = None,
     on_done: Callable[[int], None] | None = None,
 ) -> Campaign:
-    """Simulate tests that have not been simulated before; equal ones once.
+    """Simulate those tests that have not been simulated before, and equal ones only once.
 
     Parameters
     ----------
     tests
-        What to simulate.
+        Specifications to simulate.
     executor, folder, on_done
-        See `Runs`.
+        Arguments of `Runs`.
 
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants; nothing has been simulated then.
+        If the law does not accept the constants of a layer; nothing is simulated in that case.
     KeyboardInterrupt, BrokenExecutor
         See `Runs.map`.
     """
@@ -97,7 +97,7 @@ def run_campaign(
         check_law(test)
     runs = Runs(folder, executor, on_done)
     done = runs.map([Simulation(test) for test in tests])
-    # equal tests have one outcome
+    # equal tests share one outcome
     outcomes = {
         id(d): Outcome(test, d.value, "" if d.error is None else str(d.error))
         for test, d in zip(tests, done, strict=True)

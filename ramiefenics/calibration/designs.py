@@ -1,4 +1,4 @@
-"""Designs of experiments, in coded units."""
+"""Designs of experiments in coded units."""
 
 from __future__ import annotations
 
@@ -20,26 +20,28 @@ from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_choice, check_integer
 
 FULL_CUBE = 4
-"""Factors up to which a central composite design has all corners of the cube; beyond, half of
-them, of resolution V or more, which still tells all interactions of two apart (Box and Hunter
-1961)."""
+"""Largest number of factors for which a central composite design has all corners of the cube.
+
+With more factors it has half of the corners, a fraction of resolution V or more, which still tells
+all two-factor interactions apart (Box and Hunter 1961).
+"""
 
 MOST_FACTORS = 10
-"""Of a central composite design: 532 runs and more."""
+"""Largest number of factors of a central composite design: 532 runs and the centre points."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """Points to simulate.
+    """A design of experiments.
 
     Attributes
     ----------
     kind
-        What it is, in words.
+        Name of the kind of design, as text.
     coded
-        Points in coded units, shape (n, k).
+        Points to simulate, in coded units, shape (n, k).
     alpha
-        Distance of axial points from the centre; None where there are none.
+        Distance of the axial points from the centre; None if there are none.
     """
 
     kind: str
@@ -48,14 +50,14 @@ class Design:
 
     @property
     def region(self) -> Region:
-        """Where it can be interpolated: the whole box of a design that fills it."""
+        """Region in which a response surface may be trusted; without axial points the whole box."""
         if self.alpha is None:
             number = self.coded.shape[1]
             return Region(number, 1.0, math.sqrt(number))
         return Region.of(self.coded)
 
     def table(self, space: Space) -> pd.DataFrame:
-        """Return one row per run: coded values by name, then natural ones by name and key."""
+        """Return one row per run: its number, the coded values and the natural values."""
         natural = space.natural(self.coded)
         table = pd.DataFrame({"run": np.arange(1, len(self.coded) + 1)})
         for column, name in enumerate(space.names):
@@ -71,18 +73,18 @@ def central_composite(number: int, alpha: str | float = "rotatable", centres: in
     Parameters
     ----------
     number
-        Of factors, 2 to 10.
+        Number of factors, 2 to 10.
     alpha
-        Distance of the axial points: ``rotatable`` is the fourth root of the number of corners
-        (Box and Hunter 1957), with which the variance of a prediction depends on the distance
-        from the centre only; ``face`` is 1; or a number.
+        Distance of the axial points from the centre: a number, or ``face`` for 1, or ``rotatable``
+        for the fourth root of the number of corners (Box and Hunter 1957), for which the variance
+        of a prediction depends only on the distance from the centre.
     centres
-        Repeats of the centre.
+        Number of centre points.
 
     Raises
     ------
     SpecificationError
-        If one of these is not usable.
+        If one of the arguments is invalid.
     """
     if not 2 <= number <= MOST_FACTORS:
         allowed = f"must be 2 to {MOST_FACTORS} for a central composite design"
@@ -112,13 +114,13 @@ def _axial_distance(alpha: str | float, corners: int) -> float:
 def plackett_burman(number: int) -> Design:
     """Return a two-level design for main effects (Plackett and Burman 1946).
 
-    The runs are the next multiple of 4 above the number of factors. All columns are orthogonal;
-    main effects are not told from interactions.
+    The number of runs is the next multiple of 4 above the number of factors. All columns are
+    orthogonal. Main effects are aliased with interactions.
 
     Raises
     ------
     SpecificationError
-        If that number of runs is not among those of 4, 12 or 20 times a power of two.
+        If there is no factor, or the number of runs is not 4, 12 or 20 times a power of two.
     """
     if number < 1:
         raise SpecificationError("factors", number, "must be at least 1")
@@ -130,7 +132,7 @@ def plackett_burman(number: int) -> Design:
     return Design("Plackett-Burman", points)
 
 
-@functools.cache  # a study asks for its design several times, and this one takes a second
+@functools.cache  # a study makes its design several times, and this one takes a second
 def latin_hypercube(number: int, runs: int, seed: int = 0) -> Design:
     """Return a Latin hypercube of low discrepancy in [-1, 1] (McKay, Beckman and Conover 1979)."""
     _check_runs(runs)
@@ -141,7 +143,7 @@ def latin_hypercube(number: int, runs: int, seed: int = 0) -> Design:
 def sobol(number: int, runs: int, seed: int = 0) -> Design:
     """Return the first points of a scrambled Sobol sequence in [-1, 1] (Sobol 1967; Owen 1998).
 
-    Powers of two are balanced best.
+    Sequences are best balanced if the number of runs is a power of two.
     """
     _check_runs(runs)
     return Design("Sobol", sobol_points(number, runs, seed))
@@ -157,19 +159,19 @@ KINDS = ("central_composite", "plackett_burman", "latin_hypercube", "sobol")
 
 @dataclass(frozen=True)
 class DesignChoice:
-    """Which design.
+    """Choice of a design, as written in a study.
 
     Attributes
     ----------
     kind
-        One of `KINDS`.
+        Kind of design, one of `KINDS`.
     alpha, centres
-        Of a central composite design, see `central_composite`.
+        Arguments of `central_composite`.
     ends
-        Of a central composite design: what `low` and `high` of the factors are, the ``axial``
-        points, so that no run goes beyond, or the corners of the ``cube``.
+        For a central composite design, what `low` and `high` of the factors are: the ``axial``
+        points, so that no run lies outside the range, or the corners of the ``cube``.
     runs, seed
-        Of a Latin hypercube or a Sobol sequence.
+        Number of runs of a Latin hypercube or a Sobol sequence, and seed of its random numbers.
     """
 
     kind: str = "central_composite"
@@ -188,7 +190,7 @@ class DesignChoice:
         check_integer(self, "seed", 0)
 
     def make(self, number: int) -> Design:
-        """Return the design for so many factors."""
+        """Return the design for a given number of factors."""
         if self.kind == "central_composite":
             return central_composite(number, self.alpha, self.centres)
         if self.kind == "plackett_burman":

@@ -1,4 +1,4 @@
-"""Desirability: several goals on responses as one number (Derringer and Suich 1980)."""
+"""Desirability: several goals for responses as one number (Derringer and Suich 1980)."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ KINDS = ("target", "maximum", "minimum")
 
 @dataclass(frozen=True)
 class Goal:
-    """A goal on a response.
+    """A goal for a response.
 
     Attributes
     ----------
     kind
         ``target``, ``maximum`` or ``minimum``.
     low, high
-        Between which the response is acceptable. A maximum is worth nothing below `low` and all
-        from `high` on, a minimum the other way round.
+        Limits of the acceptable range. The desirability of a maximum is 0 up to `low` and 1 from
+        `high` on; for a minimum it is the other way round.
     target
-        Where it is best, for the kind of that name.
+        Best value, for the kind ``target``.
     exponent
-        Above 1 to punish small deviations, below 1 to forgive them: s and t, or r, of the paper.
+        Exponent of the desirability (s and t, or r, in the paper): above 1 to penalise small
+        deviations, below 1 to tolerate them.
     """
 
     kind: str
@@ -55,7 +56,7 @@ class Goal:
             raise SpecificationError("target", self.target, "must lie between low and high")
 
     def desirability(self, value: Array) -> Array:
-        """Return the desirability of responses, 0 to 1: Derringer and Suich's equations 4 and 5."""
+        """Return the desirability, 0 to 1, of responses (Derringer and Suich, Eqs. 4 and 5)."""
         if self.kind == "maximum":
             share = (value - self.low) / (self.high - self.low)
         elif self.kind == "minimum":
@@ -69,20 +70,20 @@ class Goal:
 
 @dataclass(frozen=True)
 class Desired:
-    """What the goals make of the surfaces.
+    """The most desirable parameters.
 
     Attributes
     ----------
     space
-        The surfaces' factors.
+        Factors of the surfaces, with their coding.
     surfaces, goals
-        The responses that a goal is on.
+        Surfaces of the responses that have a goal, and these goals.
     best
-        The most desirable point; coded, (k,).
+        The most desirable point, coded, shape (k,).
     desirability
-        Overall desirability there; 0 where no point meets all goals.
+        Overall desirability at that point; 0 if no point meets all goals.
     test
-        The specification there.
+        Specification at that point.
     """
 
     space: Space
@@ -93,11 +94,11 @@ class Desired:
     test: BendingTest
 
     def of(self, points: Array) -> Array:
-        """Return the overall desirability at coded points, shape (n,)."""
+        """Return the overall desirability, shape (n,), at coded points of shape (n, k)."""
         return overall(self.surfaces, self.goals, points)
 
     def in_words(self) -> str:
-        """Return the most desirable point, in a sentence."""
+        """Return the most desirable point as a sentence."""
         if self.desirability == 0.0:
             return "No point of the region meets all goals: its desirability is 0 everywhere."
         at = self.space.natural(self.best)
@@ -110,7 +111,7 @@ class Desired:
         return f"Most desirable, {self.desirability:.3g} of 1: {values}, with {there}."
 
     def numbers(self) -> dict[str, Any]:
-        """Return the most desirable point."""
+        """Return the most desirable point and its desirability."""
         best = self.space.natural(self.best)
         return {
             "natural": dict(zip(self.space.names, best, strict=True)),
@@ -127,10 +128,11 @@ def overall(surfaces: Sequence[Surface], goals: Sequence[Goal], points: Array) -
 def most_desirable(
     surfaces: Sequence[Surface], goals: Sequence[Goal], region: Region, seed: int = 0
 ) -> tuple[Array, float]:
-    """Return the point of largest overall desirability in a region, coded, and that.
+    """Return the most desirable point of a region, coded, and its overall desirability.
 
-    Differential evolution (Storn and Price 1997), since desirabilities have corners and flats,
-    then a simplex (Nelder and Mead 1965). The desirability is 0 where no point meets all goals.
+    The search uses differential evolution (Storn and Price 1997), because desirabilities have
+    kinks and flat parts, and then a simplex (Nelder and Mead 1965). The desirability is 0 if no
+    point meets all goals.
     """
 
     def loss(point: Array) -> float:

@@ -1,4 +1,4 @@
-"""What a study varies: numbers of the specification, in natural and in coded units."""
+"""Factors of a study: numbers of the specification, in natural and in coded units."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class Factor:
     Attributes
     ----------
     name
-        One word, such as ``X1``.
+        Name of one word, such as ``X1``.
     keys
-        Dotted keys of the specification that all get the same value.
+        Dotted keys of the specification, all of which receive the same value.
     low, high
-        Least and largest value, in the keys' unit.
+        Least and greatest value, in the unit of the keys.
     title
-        What it is, for tables and figures.
+        Description for tables and figures.
     scale
-        ``log`` where a factor of two matters alike everywhere in the range, else ``linear``: the
-        middle of the range, equal steps, and the flat prior are on that scale.
+        Scale on which the range is halved and divided into equal steps, and on which the prior is
+        flat: ``log`` if equal ratios matter equally, otherwise ``linear``.
     """
 
     name: str
@@ -56,22 +56,22 @@ class Factor:
 
     @property
     def label(self) -> str:
-        """Name and title, with the unit of what it changes."""
+        """Name and title, with the unit of the first key."""
         unit = unit_of(self.keys[0])
         name = f"{self.name}: {self.title}" if self.title else self.name
         return f"{name} ({unit})" if unit else name
 
     def apply(self, test: BendingTest, value: float) -> BendingTest:
-        """Return the specification with this value, in natural units."""
+        """Return the specification with the factor set to a value in natural units."""
         return override(test, [f"{key}={float(value)!r}" for key in self.keys])
 
     def baseline(self, test: BendingTest) -> float:
-        """Return what a specification has for it, the mean of several keys.
+        """Return the value that a specification has; the mean if there are several keys.
 
         Raises
         ------
         SpecificationError
-            If a key names no number.
+            If a key does not name a number.
         """
         values = []
         for key in self.keys:
@@ -84,22 +84,23 @@ class Factor:
 
 @dataclass(frozen=True)
 class Space:
-    """Factors, and the coding that makes them comparable.
+    """Factors, with the coding that makes them comparable.
 
     Attributes
     ----------
     factors
-        What is varied.
+        Factors of the study.
     coded_high
-        Coded value of every factor's `high`; its `low` is minus that, the middle 0. With 1 the
-        range is coded to [-1, 1]; with a design's axial distance alpha, no run leaves the range.
+        Coded value of `high` of each factor. That of `low` is the negative of it, and that of the
+        middle is 0. If it is 1, the range is coded as [-1, 1]; if it is the axial distance alpha of
+        a design, no run lies outside the range.
     """
 
     factors: tuple[Factor, ...]
     coded_high: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check that names differ and no key is set twice."""
+        """Check that names are distinct and no key is set twice."""
         names = [factor.name for factor in self.factors]
         keys = [key for factor in self.factors for key in factor.keys]
         for what, several in (("name", names), ("keys", keys)):
@@ -127,30 +128,30 @@ class Space:
         return np.asarray((low + high) / 2.0), np.asarray((high - low) / (2.0 * self.coded_high))
 
     def natural(self, coded: Array) -> Array:
-        """Return points in natural units, the last axis that of the factors."""
+        """Return coded points in natural units; the last axis is that of the factors."""
         middle, unit = self._middle_and_unit
         scaled = middle + unit * np.asarray(coded)
         with np.errstate(over="ignore"):
             return np.asarray(np.where(self._logarithmic, np.exp(scaled), scaled))
 
     def coded(self, natural: Array) -> Array:
-        """Return points in coded units, the last axis that of the factors."""
+        """Return natural points in coded units; the last axis is that of the factors."""
         middle, unit = self._middle_and_unit
         return np.asarray((self._scaled(np.asarray(natural)) - middle) / unit)
 
     def tests(self, baseline: BendingTest, coded: Array) -> list[BendingTest]:
-        """Return the specification of every point, coded, of shape (n, k).
+        """Return the specification at each of the coded points, which have shape (n, k).
 
         Raises
         ------
         SpecificationError
-            If the specification refuses a value; the message names the factor.
+            If the specification does not accept a value; the message names the factor.
         """
         return [self._test(baseline, row) for row in self.natural(coded)]
 
     def _test(self, test: BendingTest, values: Sequence[float]) -> BendingTest:
         for factor, value in zip(self.factors, values, strict=True):
-            # to ten digits, so that points differ by more than rounding or not at all
+            # rounded to ten digits, so that points that differ only by rounding errors are equal
             try:
                 test = factor.apply(test, float(f"{value:.10g}"))
             except SpecificationError as error:

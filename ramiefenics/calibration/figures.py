@@ -1,4 +1,4 @@
-"""What a calibration shows: curves, the set of equally good parameters, what the data fix."""
+"""Figures of a calibration: curves, equally good parameters, profiles and posterior."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ramiefenics.results.style import BLUE, GREY, ORANGE, STYLE, VERMILION
 BINS = 40
 
 FILLING = 65536
-"""Points that fill the region, in a figure."""
+"""Number of points that fill the region, for the maps over two factors."""
 
 DRAWN = 4000
-"""Points of a set, in a figure."""
+"""Number of points from which a level surface is drawn."""
 
 
 def of_fit(found: Calibration, fit: Fit) -> dict[str, Picture]:
-    """Return what is drawn of a fit, by the name of its file."""
+    """Return the figures of a fit, by the names of their files."""
     number = len(found.space.factors)
     drawn = {}
     if number > 1:
@@ -60,7 +60,7 @@ def of_fit(found: Calibration, fit: Fit) -> dict[str, Picture]:
 
 
 def curves_figure(found: Calibration) -> Figure:
-    """Draw the force curves of all runs, that at the optimum, and a measured maximum."""
+    """Draw the force curves of all runs and of the optimum, and the measured forces."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 4.0), layout="constrained")
         axes = figure.subplots()
@@ -98,9 +98,9 @@ def _mark_targets(axes: Axes, fit: Fit) -> None:
 
 
 def optimum_figure(found: Calibration, fit: Fit) -> Figure:
-    """Draw the set of equally good parameters over every two factors, and its best point.
+    """Draw the set of equally good parameters over each pair of factors, and its best point.
 
-    Colour: the share of the other factors' values that serve.
+    The colour is the share of the values of the other factors for which a point belongs to the set.
     """
     what = "Share of the other factors' values that serve"
     points = found.design.region.sample(FILLING, seed=1)
@@ -110,7 +110,7 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
 
 
 def desirability_figure(found: Calibration, desired: Desired) -> Figure:
-    """Draw the overall desirability over every two factors, the others chosen best."""
+    """Draw the greatest overall desirability over each pair of factors."""
     points = found.design.region.sample(FILLING, seed=1)
     what = "Desirability, the other factors chosen best"
     return _map_figure(found, points, desired.of(points), "max", desired.best, what)
@@ -119,7 +119,7 @@ def desirability_figure(found: Calibration, desired: Desired) -> Figure:
 def _map_figure(
     found: Calibration, points: Array, values: Array, statistic: str, best: Array, what: str
 ) -> Figure:
-    """Draw what values at many points are in cells of every two factors, and the best point."""
+    """Draw a statistic of the values at many points, in cells of each pair of factors."""
     number = len(found.space.factors)
     with mpl.rc_context({**STYLE, "axes.grid": False}):
         side = 2.3 * (number - 1)
@@ -151,7 +151,7 @@ def _map_figure(
 
 
 def level_figure(found: Calibration, fit: Fit) -> Figure:
-    """Draw the surface on which one response has its target, in three factors."""
+    """Draw the surface, in the space of three factors, on which a response equals its target."""
     surface, targets = fit.misfit.surfaces[0], fit.misfit.targets
     region, value, error = found.design.region, float(targets.values[0]), float(targets.errors[0])
     levels = [(value, BLUE, 6.0), (value - error, GREY, 1.0), (value + error, ORANGE, 1.0)]
@@ -165,14 +165,14 @@ def level_figure(found: Calibration, fit: Fit) -> Figure:
                     *natural.T, s=size, color=colour, alpha=0.5, lw=0, label=f"{level:.4g}"
                 )
         best = found.space.natural(fit.optimum.best)
-        axes.computed_zorder = False  # the best point is in the cloud, and is to be seen
+        axes.computed_zorder = False  # keeps the best point visible within the cloud
         axes.scatter(*best, marker="*", s=160, color=VERMILION, edgecolor="w", zorder=10)
         low, high = (found.space.natural(s * region.reach * np.ones(3)) for s in (-1.0, 1.0))
         for name, factor, a, b in zip("xyz", found.space.factors, low, high, strict=True):
             getattr(axes, f"set_{name}lim")(a, b)
             getattr(axes, f"set_{name}label")(factor.label, fontsize=8)
         axes.tick_params(labelsize=7)
-        axes.locator_params(nbins=5)  # or they run into each other
+        axes.locator_params(nbins=5)  # otherwise the labels overlap
         title = response(surface.response).label
         axes.legend(title=title, fontsize=8, title_fontsize=8, markerscale=2.0)
         axes.set_box_aspect(None, zoom=0.85)
@@ -181,7 +181,7 @@ def level_figure(found: Calibration, fit: Fit) -> Figure:
 
 
 def profile_figure(found: Calibration, fit: Fit) -> Figure:
-    """Draw the profile of every factor, with the limit of its 95 % interval."""
+    """Draw the profile likelihood of each factor, with the limit of its 95 % interval."""
     number = len(fit.profiles)
     columns = min(number, 3)
     rows = -(-number // columns)
@@ -212,7 +212,7 @@ def _along(found: Calibration, index: int, coded: Array) -> Array:
 
 
 def posterior_figure(found: Calibration, fit: Fit) -> Figure:
-    """Draw the posterior: every parameter over its prior, and every two against each other."""
+    """Draw the posterior of each parameter over its prior, and that of each pair of parameters."""
     samples = found.space.natural(fit.posterior.samples)
     prior = found.space.natural(fit.posterior.prior)
     number = samples.shape[1]

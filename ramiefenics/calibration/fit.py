@@ -1,4 +1,4 @@
-"""What targets make of response surfaces: optimum, intervals, what the data fix."""
+"""Calibration by response surfaces: optimum, intervals, and which parameters are determined."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ from ramiefenics.results.result import Table
 from ramiefenics.specification import BendingTest
 
 LISTED = 1000
-"""Equally good points that are written."""
+"""Number of equally good points that are written to the table."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What the targets make of the surfaces.
+    """Parameters calibrated to the targets, by means of response surfaces.
 
     Attributes
     ----------
     space
-        The surfaces' factors.
+        Factors of the surfaces, with their coding.
     baseline
-        The specification that factors change.
+        Specification in which the factors are varied.
     misfit
-        Between surfaces and targets.
+        Misfit between surfaces and targets.
     optimum
-        Where it is least, and the set of equally good parameters.
+        Point of least misfit, and the set of equally good parameters.
     profiles
-        Of every factor.
+        Profile likelihood of each factor.
     information
-        At the optimum.
+        Fisher information at the optimum.
     posterior
-        Draws, with a flat prior over the region.
+        Samples of the posterior for a flat prior in the region.
     test
-        The specification at the optimum.
+        Specification at the optimum.
     confirmation
-        That, simulated; None if it has not been.
+        Simulation of that specification; None if it has not been simulated.
     """
 
     space: Space
@@ -66,12 +66,12 @@ class Fit:
     confirmation: Outcome | None = None
 
     def findings(self, runs: pd.DataFrame) -> list[str]:
-        """Return how near the optimum comes, and what the data fix.
+        """Return how close the optimum is to the targets, and what the data determine.
 
         Parameters
         ----------
         runs
-            Of the design, a column per response.
+            Runs of the design, with one column per response.
         """
         told = self._optimum_in_words(runs)
         told += in_words(self.space, self.profiles, self.information)
@@ -110,7 +110,7 @@ class Fit:
         return told
 
     def numbers(self) -> dict[str, Any]:
-        """Return targets, optimum, and what the data fix."""
+        """Return the targets, the optimum, and what the data determine."""
         optimum, targets = self.optimum, self.misfit.targets
         names = self.space.names
         result = None if self.confirmation is None else self.confirmation.result
@@ -132,7 +132,7 @@ class Fit:
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return what the data fix, and equally good parameters."""
+        """Return tables of what the data determine, and of the equally good parameters."""
         return {
             "identifiability": Table(self.identifiability(), "What the data fix."),
             "information": Table(
@@ -142,7 +142,10 @@ class Fit:
         }
 
     def calibrated(self) -> pd.DataFrame:
-        """Return the optimum with its intervals; ends that are not the data's in brackets."""
+        """Return the optimum with its intervals.
+
+        Ends of intervals are in brackets if the ranges of the factors, not the data, set them.
+        """
         table = self.identifiability()
         shown = table[["parameter", "title"]].assign(calibrated=table["optimum"])
         for side, end in enumerate(("low", "high")):
@@ -156,7 +159,7 @@ class Fit:
         return shown.assign(verdict=table["verdict"])
 
     def identifiability(self) -> pd.DataFrame:
-        """Return one row per parameter: interval, verdict, and what the posterior says."""
+        """Return one row per parameter: interval, verdict, and quantiles of the posterior."""
         low, median, high = self.space.natural(self.posterior.quantiles(0.025, 0.5, 0.975))
         contraction = self.posterior.contraction
         rows = []
@@ -189,7 +192,7 @@ class Fit:
         return float(self.space.natural(point)[factor])
 
     def combinations(self) -> pd.DataFrame:
-        """Return one row per combination of parameters, the best known first; coded."""
+        """Return one row per combination of coded parameters, the best determined first."""
         told = self.information
         known = {
             "eigenvalue": told.eigenvalues,
@@ -200,7 +203,7 @@ class Fit:
         return pd.concat([pd.DataFrame(known), directions], axis=1)
 
     def optimum_set(self) -> pd.DataFrame:
-        """Return the best point, first, and others that are as good: natural and coded values."""
+        """Return the best point and others that are as good, in natural and coded values."""
         good, names = self.optimum.good[:LISTED], self.space.names
         table = pd.DataFrame(self.space.natural(good), columns=list(names))
         table[[f"{name}_coded" for name in names]] = good
@@ -216,16 +219,16 @@ def _range(values: pd.Series) -> str:
 
 
 def fit_targets(misfit: Misfit, space: Space, baseline: BendingTest) -> Fit:
-    """Return what targets make of response surfaces, without any simulation.
+    """Calibrate the parameters by means of response surfaces, without any simulation.
 
     Parameters
     ----------
     misfit
-        Between surfaces and targets.
+        Misfit between surfaces and targets.
     space
-        The surfaces' factors.
+        Factors of the surfaces, with their coding.
     baseline
-        The specification that factors change.
+        Specification in which the factors are varied.
     """
     optimum, used = find_optimum(misfit)
     (test,) = space.tests(baseline, optimum.best[None])

@@ -1,9 +1,10 @@
-"""Which parameters the data fix: profile likelihood, and the information's directions.
+"""Identifiability: which parameters the data determine.
 
-The likelihood is that of normal errors, ``exp(-chi2 / 2)``, over the response surfaces and within
-the region of the design. A parameter's profile is the least chi-squared over all others (Venzon
-and Moolgavkar 1988); where it does not rise above the quantile on both sides, the data do not
-fix the parameter in practice (Raue et al. 2009).
+The likelihood is that of normal errors, ``exp(-chi2 / 2)``, with the responses predicted by the
+response surfaces within the region of the design. The profile likelihood of a parameter is the
+least chi-squared over all other parameters (Venzon and Moolgavkar 1988). If it does not rise above
+the quantile on both sides, the parameter is not practically identifiable (Raue et al. 2009). The
+eigenvectors of the Fisher information are combinations of parameters whose errors are uncorrelated.
 """
 
 from __future__ import annotations
@@ -20,38 +21,39 @@ from ramiefenics.calibration.factors import Array, Space
 from ramiefenics.calibration.misfit import LEVEL, Misfit
 
 RISE = float(stats.chi2.ppf(LEVEL, 1))
-"""Of chi-squared at the ends of an interval of one parameter, 3.84 (Wilks 1938)."""
+"""Rise of chi-squared at the ends of the interval of one parameter, 3.84 (Wilks 1938)."""
 
 GRID = 41
-"""Values of a profile."""
+"""Number of parameter values in a profile."""
 
 ROUNDING = 1e-12
-"""Of the largest eigenvalue, below which another is none."""
+"""Fraction of the largest eigenvalue below which another one counts as zero."""
 
 EDGE = 1e-3
-"""Of the region's size, within which a point lies at its edge."""
+"""Fraction of the region's size within which a point counts as lying on the edge."""
 
 NEGLIGIBLE = 0.02
-"""Share of a range: an end of an interval that cuts off less is none."""
+"""Share of a range; an end of an interval that cuts off less than this does not count."""
 
 DETERMINED, ABOVE, BELOW, OPEN = "determined", "bounded below", "bounded above", "not determined"
 
 
 @dataclass(frozen=True)
 class Profile:
-    """How the misfit rises with one parameter, all others adjusted.
+    """Rise of the misfit as one parameter is varied and all others are adjusted.
 
     Attributes
     ----------
     at
-        Values of the parameter, coded, over the whole region.
+        Coded values of the parameter, over the whole region.
     rise
-        Of chi-squared above its least value.
+        Rise of chi-squared above its least value.
     low, high
-        Ends of the 95 % interval, coded; None where the region ends before.
+        Ends of the 95 % interval, coded; None where the interval extends to the edge of the region.
     by_others
-        Of either end, whether it is where it is only because the others have come to the edge of
-        the region and cannot make up for more: wider ranges of theirs would move it.
+        For the lower and the upper end, whether it exists only because the other parameters have
+        reached the edge of the region and cannot compensate further, so that wider ranges of the
+        others would move it.
     """
 
     at: Array
@@ -62,7 +64,7 @@ class Profile:
 
     @property
     def verdict(self) -> str:
-        """Return ``determined``, ``bounded below``, ``bounded above`` or ``not determined``."""
+        """One of ``determined``, ``bounded below``, ``bounded above`` and ``not determined``."""
         below = self.low is not None and not self.by_others[0]
         above = self.high is not None and not self.by_others[1]
         if not below:
@@ -71,7 +73,7 @@ class Profile:
 
     @property
     def share(self) -> float:
-        """Share of the range that is left, by the interval's ends."""
+        """Share of the range that lies within the interval."""
         low = self.at[0] if self.low is None else self.low
         high = self.at[-1] if self.high is None else self.high
         return float((high - low) / (self.at[-1] - self.at[0]))
@@ -79,16 +81,17 @@ class Profile:
 
 @dataclass(frozen=True)
 class Information:
-    """Fisher's information at the optimum, in coded units.
+    """Fisher information at the optimum, in coded units.
 
     Attributes
     ----------
     eigenvalues
-        Descending, shape (k,).
+        Eigenvalues in descending order, shape (k,).
     directions
-        Unit vectors, one per row, shape (k, k); the largest entry is positive.
+        Eigenvectors of unit length, one per row, shape (k, k); the entry of largest magnitude is
+        positive.
     half_range
-        How far a direction can be followed within the region.
+        Half the width of the region's box, `Region.reach`.
     """
 
     eigenvalues: Array
@@ -97,27 +100,27 @@ class Information:
 
     @property
     def errors(self) -> Array:
-        """Standard error along every direction, coded; infinite where nothing is known."""
+        """Standard error along each direction, coded; infinite if the data say nothing."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / np.sqrt(self.eigenvalues))
 
     @property
     def determined(self) -> NDArray[np.bool_]:
-        """Whether the 95 % interval along a direction is within the region."""
+        """Whether the 95 % interval along each direction is narrower than the region's box."""
         return np.asarray(math.sqrt(RISE) * self.errors < self.half_range)
 
 
 def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
-    """Return the profile of one factor, by number.
+    """Return the profile likelihood of one factor.
 
     Parameters
     ----------
     misfit
-        What is profiled.
+        Misfit between surfaces and targets.
     factor
-        Which.
+        Index of the factor.
     best
-        A point of least misfit, coded, shape (k,): it is one of the profile's.
+        Point of least misfit, coded, shape (k,); its value of the factor is part of the profile.
     """
     reach = misfit.region.reach
     at = np.unique(np.append(np.linspace(-reach, reach, GRID), best[factor]))
@@ -139,7 +142,7 @@ def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
 
 
 def _others_at_edge(misfit: Misfit, factor: int, point: Array) -> bool:
-    """Return whether the factors that were adjusted can go no further."""
+    """Return whether the adjusted factors have reached the edge of the region."""
     region, others = misfit.region, np.delete(point, factor)
     if not len(others):
         return False
@@ -149,14 +152,14 @@ def _others_at_edge(misfit: Misfit, factor: int, point: Array) -> bool:
 
 
 def _crossing(at: Array, rise: Array, inside: int, outside: int) -> float:
-    """Return where the rise reaches its limit; its root is nearly linear between neighbours."""
+    """Return where the rise reaches its limit, by linear interpolation of its square root."""
     near, far = math.sqrt(max(rise[inside], 0.0)), math.sqrt(rise[outside])
     share = (math.sqrt(RISE) - near) / (far - near)
     return float(at[inside] + share * (at[outside] - at[inside]))
 
 
 def information(misfit: Misfit, best: Array) -> Information:
-    """Return Fisher's information ``J^T J`` of the whitened responses at a point, coded."""
+    """Return the Fisher information ``J^T J`` of the whitened responses at a coded point."""
     jacobian = misfit.jacobian(best)
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     directions = vectors.T[::-1]
@@ -174,7 +177,7 @@ def in_words(
     profiles: Sequence[Profile],
     found: Information,
 ) -> list[str]:
-    """Return what the data fix, one plain sentence per finding."""
+    """Return which parameters the data determine, one sentence per finding."""
     told = []
     for number, (factor, found_profile) in enumerate(zip(space.factors, profiles, strict=True)):
         told.append(_sentence(space, number, factor.name, found_profile))

@@ -1,4 +1,4 @@
-"""How far response surfaces are from what was measured, in units of the error."""
+"""Misfit between response surfaces and measurements, in units of the error."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
 
 LEVEL = 0.95
-"""Of all intervals and sets."""
+"""Confidence level of all intervals and sets."""
 
 STARTS = 4
-"""From which a minimum is sought; a quadratic in a box may have several."""
+"""Number of starting points of a minimisation; a quadratic in a box may have several minima."""
 
 
 @dataclass(frozen=True)
 class Targets:
-    """What was measured.
+    """Measured values of the responses, to which the surfaces are fitted.
 
     Attributes
     ----------
     names
-        Of the responses, m of them.
+        Names of the m responses.
     values
-        Shape (m,).
+        Measured values, shape (m,).
     covariance
-        Of their errors, shape (m, m).
+        Covariance of their errors, shape (m, m).
     """
 
     names: tuple[str, ...]
@@ -47,21 +47,21 @@ class Targets:
 
 @dataclass(frozen=True)
 class Misfit:
-    """Sum of squared distances from targets, a chi-squared.
+    """Chi-squared of the differences between response surfaces and targets.
 
-    The variance of a distance is that of the measurement, plus the square of what the surface
-    errs by in predicting a run left out, plus that of a discrepancy.
+    The variance of a difference is the variance of the measurement, plus the squared error of the
+    surface in predicting a run left out, plus the squared discrepancy.
 
     Attributes
     ----------
     surfaces
-        One per target, in their order.
+        One response surface per target, in the same order.
     targets
-        What was measured.
+        Measured values.
     region
-        Where the surfaces may be trusted.
+        Region in which the surfaces may be trusted.
     discrepancy
-        What the model itself is taken to be wrong by, per target; none by default.
+        Assumed error of the model itself, per target; none by default.
     """
 
     surfaces: tuple[Surface, ...]
@@ -79,24 +79,24 @@ class Misfit:
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
     def with_discrepancy(self, best: Array) -> Misfit:
-        """Return the misfit that counts what is left at a point as the model's own error.
+        """Return the misfit in which the differences at a point count as an error of the model.
 
-        That model and reality differ by something unknown, besides errors of measurement: Kennedy
-        and O'Hagan (2001), here in its crudest form.
+        This is the simplest form of the model discrepancy of Kennedy and O'Hagan (2001): an unknown
+        difference between model and reality, in addition to the errors of measurement.
         """
         left = np.abs(self.predict(best[None])[0] - self.targets.values)
         return replace(self, discrepancy=tuple(float(value) for value in left))
 
     def predict(self, points: Array) -> Array:
-        """Return all responses at coded points of shape (n, k), shape (n, m)."""
+        """Return all responses, shape (n, m), at coded points of shape (n, k)."""
         return np.column_stack([surface.predict(points) for surface in self.surfaces])
 
     def residuals(self, points: Array) -> Array:
-        """Return distances that are independent with variance 1, shape (n, m)."""
+        """Return the whitened residuals: independent, with variance 1; shape (n, m)."""
         return (self.predict(points) - self.targets.values) @ self._whitening.T
 
     def jacobian(self, point: Array) -> Array:
-        """Return the derivatives of these at one point, shape (m, k)."""
+        """Return the derivatives of the whitened residuals at one point, shape (m, k)."""
         slopes = np.vstack([surface.slopes(point[None])[0] for surface in self.surfaces])
         return np.asarray(self._whitening @ slopes)
 
@@ -107,8 +107,8 @@ class Misfit:
     def met(self, point: Array) -> bool:
         """Return whether the targets are met at a coded point within their errors (95 %).
 
-        What the factors can meet by themselves proves nothing: the degrees of freedom are those
-        that they leave, one at least.
+        The degrees of freedom are the number of targets less the number of factors, but at least
+        one: as many targets as there are factors can be met by adjustment alone.
         """
         free = max(1, len(self.surfaces) - self.region.dimension)
         return bool(self.of(point[None])[0] <= stats.chi2.ppf(LEVEL, free))
@@ -119,7 +119,7 @@ class Misfit:
         Parameters
         ----------
         fixed
-            A factor, by number, and the value that it is to keep.
+            Index of a factor, and the coded value at which it is held.
         """
         others = [n for n in range(self.region.dimension) if fixed is None or n != fixed[0]]
 
@@ -156,18 +156,18 @@ def minimise(
 ) -> tuple[Array, float]:
     """Return the least of the minima found from several starts in a region, and its value.
 
-    Sequential quadratic programming (Kraft 1988), as in SciPy.
+    The method is sequential quadratic programming (Kraft 1988), as implemented in SciPy.
 
     Parameters
     ----------
     function, gradient
-        Of one point, shape (k,).
+        Function to be minimised and its gradient at one point, shape (k,).
     region
-        Where to stay.
+        Region to which the search is confined.
     starts
-        Shape (s, k).
+        Starting points, shape (s, k).
     equal
-        Further constraints, as SciPy wants them.
+        Equality constraints, in SciPy's format.
     """
     constraints = list(equal)
     if not region.is_box:
@@ -180,7 +180,7 @@ def minimise(
     found = []
     for start in starts:
         with warnings.catch_warnings():
-            # that SLSQP has stepped out of the bounds, and goes back in
+            # SLSQP warns when it has stepped out of the bounds and returns
             warnings.simplefilter("ignore", RuntimeWarning)
             at = optimize.minimize(
                 function,

@@ -1,4 +1,4 @@
-"""The parameters that meet the targets, and the whole set of those that do so as well."""
+"""The optimal parameters, and the set of all parameters that meet the targets equally well."""
 
 from __future__ import annotations
 
@@ -13,34 +13,37 @@ from ramiefenics.calibration.region import Region
 from ramiefenics.calibration.surface import Surface
 
 SAMPLES = 16384
-"""Points that fill the region, to find the set's share of it."""
+"""Number of points that fill the region, to estimate the set's share of it."""
 
 NEWTON = 30
-"""Steps to a level surface."""
+"""Number of Newton steps towards a level surface."""
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """Where a misfit is least, and where it is hardly more.
+    """The point of least misfit, and the set of equally good points.
 
     Attributes
     ----------
     best
-        Of all points of least misfit that nearest to the centre of the region; coded, (k,).
+        The point of least misfit; if there are several, the one nearest to the centre of the
+        region. Coded, shape (k,).
     predicted
-        The responses there, (m,).
+        Predicted responses at the best point, shape (m,).
     misfit
-        Chi-squared there.
+        Chi-squared at the best point.
     met
-        Whether the targets are met there within their errors (95 %). If not, what is left there
-        counts as an error of the model in all that is said of other points.
+        Whether the targets are met at the best point within their errors (95 %). If not, the
+        differences that remain there count as an error of the model at all other points.
     tolerance
-        How much more chi-squared an equally good point may have: the 95 % quantile of as many
-        degrees of freedom as the targets can fix parameters.
+        Greatest rise of chi-squared above its minimum at an equally good point: the 95 % quantile
+        of chi-squared with as many degrees of freedom as parameters can be determined by the
+        targets.
     good
-        Points that fill the set of equally good ones evenly, coded, shape (n, k).
+        The best point, followed by points that evenly fill the set of equally good ones; coded,
+        shape (n, k).
     share
-        The set's share of the region's volume.
+        Share of the region's volume that the set takes up.
     """
 
     best: Array
@@ -53,9 +56,10 @@ class Optimum:
 
 
 def find_optimum(misfit: Misfit) -> tuple[Optimum, Misfit]:
-    """Return the optimum of a misfit with the set of equally good points, and the misfit by which.
+    """Return the optimum of a misfit, and the misfit that defines the equally good points.
 
-    That is the given one if the targets are met, else the one with the model's discrepancy in it.
+    The latter is the given misfit if the targets are met, otherwise the misfit that includes the
+    discrepancy of the model.
     """
     best = nearest(misfit)
     least = float(misfit.of(best[None])[0])
@@ -78,7 +82,7 @@ def find_optimum(misfit: Misfit) -> tuple[Optimum, Misfit]:
 
 
 def nearest(misfit: Misfit) -> Array:
-    """Return, of all points of least misfit, the one nearest to the centre, shape (k,)."""
+    """Return the point of least misfit, shape (k,); of several, the one nearest to the centre."""
     start, least = misfit.least()
     wanted = misfit.predict(start[None])[0]
     same = [
@@ -98,9 +102,21 @@ def nearest(misfit: Misfit) -> Array:
 
 
 def level_points(surface: Surface, value: float, region: Region, number: int) -> Array:
-    """Return about so many points at which a response has a value, none if it never does.
+    """Return points of a region at which a response has a given value.
 
-    Points that fill the region go down, or up, its gradient by Newton's method.
+    Points that fill the region are moved along the gradient of the response by Newton's method.
+
+    Parameters
+    ----------
+    surface
+        Response surface.
+    value
+        Value of the response.
+    region
+        Region of the design.
+    number
+        Approximate number of points from which the search starts. Fewer are returned, or none, if
+        not all of them reach the value within the region.
     """
     points = region.sample(number)
     for _ in range(NEWTON):

@@ -1,4 +1,4 @@
-"""What came of a designed study: runs, surfaces, and what targets and goals make of them."""
+"""Result of a designed study: runs, response surfaces, and calibrated and desirable parameters."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from ramiefenics.specification.files import to_dict
 
 @dataclass(frozen=True, repr=False)
 class Calibration(Result):
-    """A study that was done.
+    """Result of a designed study.
 
     Attributes
     ----------
     study
-        What was asked.
+        The study.
     baseline
-        The specification that factors change.
+        Specification in which the factors are varied.
     space, design
-        Factors with their coding, and the runs.
+        Factors with their coding, and design of experiments.
     campaign
-        The simulations.
+        Simulations of the design.
     runs
         One row per run of the design: coded and natural values, responses, ``ending``.
     surfaces
-        By response.
+        Response surfaces, by the name of the response.
     fit
-        None if nothing was measured.
+        Calibrated parameters; None if there are no measured values.
     desired
-        None if there are no goals.
+        Most desirable parameters; None if there are no goals.
     """
 
     study: Study
@@ -59,21 +59,21 @@ class Calibration(Result):
 
     @property
     def overview_first(self) -> bool:
-        """Calibrated values are what is asked for."""
+        """Whether the overview comes first: it does, as it contains the calibrated values."""
         return True
 
     @property
     def completed(self) -> bool:
-        """Whether all simulations reached the whole travel."""
+        """Whether all runs of the design completed the whole travel."""
         return bool((self.runs["ending"] == "completed").all())
 
     @property
     def title(self) -> str:
-        """That of the study."""
+        """Title of the study."""
         return self.study.title or "Designed study"
 
     def findings(self) -> list[str]:
-        """Return what the study says, one plain sentence each, the most important first."""
+        """Return the findings of the study, one sentence each, the most important first."""
         told = [] if self.fit is None else self.fit.findings(self.runs)
         if self.desired is not None:
             told.append(self.desired.in_words())
@@ -83,7 +83,7 @@ class Calibration(Result):
         return told
 
     def notes(self) -> list[str]:
-        """Return what was run, how the surfaces were fitted, and what their statistics lack."""
+        """Return what was run, how the surfaces were fitted, and caveats of their statistics."""
         end = self.space.coded_high
         told = [
             f"{self.design.kind.capitalize()}, {len(self.design.coded)} runs, of which "
@@ -106,7 +106,7 @@ class Calibration(Result):
         return None if self.fit is None else self.fit.calibrated()
 
     def numbers(self) -> dict[str, Any]:
-        """Return surfaces, optimum, what the data fix, and what was asked."""
+        """Return the surfaces, the optimum, what the data determine, and the study itself."""
         numbers: dict[str, Any] = {
             "title": self.study.title,
             "design": {
@@ -136,7 +136,7 @@ class Calibration(Result):
         return numbers
 
     def tables(self) -> dict[str, Table]:
-        """Return what the data fix, the factors, the runs, and the surfaces' statistics."""
+        """Return tables of identifiability, factors, runs, and statistics of the surfaces."""
         quality = {name: pd.DataFrame([s.quality]) for name, s in self.surfaces.items()}
         return {
             **({} if self.fit is None else self.fit.tables()),
@@ -166,7 +166,7 @@ class Calibration(Result):
         return stack({name: getattr(s, table)() for name, s in self.surfaces.items()}, "response")
 
     def figures(self) -> dict[str, Picture]:
-        """Return curves, maps of the good parameters, profiles, posterior and surfaces."""
+        """Return figures of curves, equally good parameters, profiles, posterior and surfaces."""
         from ramiefenics.calibration import figures, surface_figures
 
         several = len(self.space.factors) > 1
@@ -188,7 +188,7 @@ class Calibration(Result):
         return drawn
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return the baseline, the calibrated and the most desirable specification."""
+        """Return the baseline, the calibrated and the most desirable specifications."""
         tests = {"baseline": self.baseline}
         if self.fit is not None:
             tests["calibrated"] = self.fit.test

@@ -1,4 +1,4 @@
-"""Posterior of the parameters, by emcee, with a flat prior over the region of the design."""
+"""Posterior of the parameters, sampled with emcee for a flat prior in the region of the design."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.misfit import Misfit
 
 WALKERS, STEPS, DISCARDED, THIN = 64, 5000, 800, 12
-"""Of emcee's ensemble (Goodman and Weare 2010; Foreman-Mackey et al. 2013)."""
+"""Settings of emcee's ensemble sampler (Goodman and Weare 2010; Foreman-Mackey et al. 2013)."""
 
 PRIOR = 8192
-"""Points that stand for the prior."""
+"""Number of points that represent the prior."""
 
 ENOUGH = 50.0
-"""Autocorrelation times that a chain must last, by emcee's advice."""
+"""Least length of a chain in autocorrelation times, as emcee's documentation recommends."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Draws, and what they tell.
+    """Samples of the posterior and of the prior.
 
     Attributes
     ----------
     samples
-        Coded, shape (n, k).
+        Samples of the posterior, coded, shape (n, k).
     prior
-        Draws without the data, coded.
+        Samples of the prior, coded.
     chain_length
-        Steps over the longest autocorrelation time: above 50 the draws may be trusted.
+        Number of steps divided by the longest autocorrelation time. From 50 on, the samples may be
+        trusted.
     """
 
     samples: Array
@@ -40,31 +41,31 @@ class Posterior:
 
     @property
     def trusted(self) -> bool:
-        """Whether the chain is long enough."""
+        """Whether the chain is long enough for the samples to be trusted."""
         return self.chain_length >= ENOUGH
 
     @property
     def contraction(self) -> Array:
-        """Share of a parameter's prior variance that the data take away, shape (k,).
+        """Share of each parameter's prior variance that the data remove, shape (k,).
 
-        1 where they fix it, 0 where they tell nothing.
+        It is 1 if the data determine the parameter, and 0 if they say nothing about it.
         """
         return np.asarray(1.0 - self.samples.var(axis=0) / self.prior.var(axis=0))
 
     def quantiles(self, *levels: float) -> Array:
-        """Return quantiles of every parameter, coded, shape (levels, k)."""
+        """Return quantiles of each parameter, coded, shape (levels, k)."""
         return np.quantile(self.samples, levels, axis=0)
 
 
 def draw_posterior(misfit: Misfit, seed: int = 0) -> Posterior:
-    """Return draws from the posterior of a misfit."""
+    """Return samples of the posterior for a given misfit."""
     region = misfit.region
     prior = region.sample(PRIOR, seed)
     generator = np.random.default_rng(seed)
     chi2 = misfit.of(prior)
     weights = np.exp(-0.5 * (chi2 - chi2.min()))
-    # the cloud to start from: the prior weighted by the likelihood, spread a little so that no two
-    # walkers are the same
+    # the walkers start from points of the prior, drawn in proportion to the likelihood and moved a
+    # little so that no two are the same
     chosen = generator.choice(len(prior), WALKERS, p=weights / weights.sum())
     spread = 1e-3 * region.reach * generator.standard_normal((WALKERS, region.dimension))
     start = region.pull_in(prior[chosen] + spread)

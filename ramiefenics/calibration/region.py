@@ -1,4 +1,4 @@
-"""The region of a design, in which its response surface may be trusted."""
+"""The region of a design, in which its response surfaces may be trusted."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from scipy.stats import qmc
 from ramiefenics.calibration.factors import Array
 
 TOLERANCE = 1e-9
-"""Of coded distances, by which a point may lie outside."""
+"""Coded distance by which a point may lie outside the region and still count as inside."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A box cut by a ball, in coded units, around 0.
+    """The intersection of a box and a ball around 0, in coded units.
 
     Attributes
     ----------
     dimension
         Number of factors.
     reach
-        Half the width of the box: the largest coded value that a design has.
+        Half the width of the box: the largest coded value in the design.
     radius
-        Of the ball: the largest distance from the centre that a design has.
+        Radius of the ball: the largest distance of a point of the design from the centre.
     """
 
     dimension: int
@@ -36,13 +36,13 @@ class Region:
 
     @classmethod
     def of(cls, points: Array) -> Region:
-        """Return the region of a design, coded, of shape (n, k)."""
+        """Return the region of a design, given by coded points of shape (n, k)."""
         distances = np.linalg.norm(points, axis=1)
         return cls(points.shape[1], float(np.abs(points).max()), float(distances.max()))
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
-        """Of the box, per factor."""
+        """Bounds of the box, per factor."""
         return [(-self.reach, self.reach)] * self.dimension
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
@@ -53,18 +53,19 @@ class Region:
 
     @property
     def is_box(self) -> bool:
-        """Whether the ball cuts nothing off."""
+        """Whether the ball contains the whole box."""
         return self.radius >= self.reach * math.sqrt(self.dimension) - TOLERANCE
 
     def slice(self, value: float) -> Region:
-        """Return the region of the other factors where one has this value."""
+        """Return the region of the other factors if one factor has this coded value."""
         left = math.sqrt(max(self.radius**2 - value**2, 0.0))
         return Region(self.dimension - 1, min(self.reach, left), left)
 
     def sample(self, number: int, seed: int = 0) -> Array:
-        """Return about so many points that fill the region evenly (Sobol 1967, scrambled).
+        """Return points of a scrambled Sobol sequence (1967) that fill the region evenly.
 
-        The region's share of the box decides how many exactly; at least one.
+        There are approximately as many as `number`, depending on the region's share of the box, but
+        at least one.
         """
         trial = self._box(256, seed)
         share = max(float(self.contains(trial).mean()), 1.0 / 256.0)
@@ -76,13 +77,13 @@ class Region:
         return sobol_points(self.dimension, number, seed) * self.reach
 
     def pull_in(self, points: Array) -> Array:
-        """Return points, of shape (n, k), moved into the region where they lie outside."""
+        """Return points, of shape (n, k), after moving those outside into the region."""
         points = np.clip(points, -self.reach, self.reach)
         distances = np.linalg.norm(points, axis=-1, keepdims=True)
         return np.asarray(points * np.minimum(1.0, self.radius / np.maximum(distances, 1e-300)))
 
 
-@functools.lru_cache(maxsize=16)  # every point of a profile asks for the same ones
+@functools.lru_cache(maxsize=16)  # every point of a profile needs the same ones
 def sobol_points(dimension: int, number: int, seed: int) -> Array:
     """Return points of a scrambled Sobol sequence in [-1, 1], of shape (number, dimension)."""
     sampler = qmc.Sobol(dimension, seed=seed)

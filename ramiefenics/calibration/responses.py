@@ -1,4 +1,4 @@
-"""Numbers that sum up a force curve, measured or simulated, by name."""
+"""Responses: named numbers that characterise a force curve, measured or simulated."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import SpecificationError
 
 Curve = pd.DataFrame
-"""With ``displacement_mm``, ascending, and ``force_N``, both as the machine records them."""
+"""Columns ``displacement_mm``, ascending, and ``force_N``, both as the machine records them."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """A number that a curve has.
+    """A number computed from a force curve.
 
     Attributes
     ----------
     name
-        With its unit, such as ``max_force_N``.
+        Name with unit, such as ``max_force_N``.
     title, unit
-        For tables and figures.
+        Title and unit for tables and figures.
     of
-        From a curve to the number; NaN where the curve does not say.
+        Function that returns the response of a curve; NaN where the curve does not determine it.
     simulated
-        From a simulation to the number, where a curve of few, exact points says more than one of
-        many, noisy ones.
+        Function that returns the response of a simulation, for responses that the few, exact points
+        of a simulation determine better than the many, noisy ones of a measured curve.
     needs_peak
-        Whether a curve that ends early, still rising, leaves it unknown.
+        Whether the response is unknown if the curve ends early, while the force still rises.
     at_mm
-        Displacement that the curve has to reach.
+        Displacement that the curve must reach.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Response:
     simulated: Callable[[BendingResult], float] | None = None
 
     def check_travel(self, travel_mm: float) -> None:
-        """Check that a travel goes as far as the response is read.
+        """Check that the travel reaches the displacement at which the response is read.
 
         Raises
         ------
@@ -62,11 +62,11 @@ class Response:
 
     @property
     def label(self) -> str:
-        """Title with unit, as on an axis."""
+        """Title with unit, as the label of an axis."""
         return f"{self.title[0].upper()}{self.title[1:]} ({self.unit})"
 
     def of_result(self, result: BendingResult) -> float:
-        """Return the number of a simulation; NaN if it ended before that was known."""
+        """Return the response of a simulation; NaN if the simulation ended too early."""
         if self.needs_peak and not (result.completed or result.has_force_maximum):
             return math.nan
         if self.simulated is not None:
@@ -76,19 +76,20 @@ class Response:
 
 
 def response(name: str) -> Response:
-    """Return the response of that name.
+    """Return the response with a given name.
 
     Parameters
     ----------
     name
         ``max_force_N``, ``displacement_at_max_mm``, ``slope_N_per_mm`` (secant between 10 and
-        40 % of the largest force), ``force_4mm_N`` or the like at another displacement, and
-        ``energy_4mm_Nmm``, the work up to there.
+        40 % of the largest force), ``force_4mm_N`` (the force at that displacement) or
+        ``energy_4mm_Nmm`` (the work up to that displacement); the last two also with any other
+        displacement.
 
     Raises
     ------
     SpecificationError
-        If there is none of that name.
+        If there is no response of that name.
     """
     if name in CURVE:
         return CURVE[name]
@@ -119,7 +120,7 @@ def _displacement_at_max(curve: Curve) -> float:
 
 
 def _recorded_peak(result: BendingResult) -> tuple[float, float]:
-    """Return displacement and force, as recorded, where the indenter's force is largest."""
+    """Return the recorded displacement and force where the force on the indenter is largest."""
     at, force = result.test.machine.recorded(result.displacement_at_max_mm, result.max_force_N)
     return float(at), float(force)
 
@@ -129,7 +130,7 @@ def _slope(curve: Curve) -> float:
 
 
 def _force(curve: Curve, at_mm: float) -> float:
-    """Return the force at a displacement, linearly interpolated."""
+    """Return the force at a displacement, by linear interpolation."""
     return float(
         np.interp(at_mm, curve["displacement_mm"], curve["force_N"], left=math.nan, right=math.nan)
     )
@@ -159,4 +160,4 @@ CURVE = {
         Response("slope_N_per_mm", "slope", "N/mm", _slope, needs_peak=True),
     )
 }
-"""Responses of the whole curve."""
+"""Responses that are computed from the whole curve, by name."""

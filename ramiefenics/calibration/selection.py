@@ -1,4 +1,4 @@
-"""Which terms a response surface keeps, by a stated rule."""
+"""Selection of the terms of a response surface."""
 
 from __future__ import annotations
 
@@ -16,11 +16,14 @@ RULES = {
     "term goes while a product or square that contains it stays",
     "none": "all terms of the model",
 }
-"""In words. Backward elimination: Myers, Montgomery and Anderson-Cook (2016), section 2.8; that
-models keep their hierarchy: Peixoto (1990); AICc: Hurvich and Tsai (1989)."""
+"""Descriptions of the rules, by name.
+
+Backward elimination is described in Myers, Montgomery and Anderson-Cook (2016), section 2.8, the
+hierarchy of models in Peixoto (1990), and AICc in Hurvich and Tsai (1989).
+"""
 
 LEVEL = 0.05
-"""Of p, above which a term may go."""
+"""Value of p above which a term may be removed."""
 
 
 def select_surface(
@@ -31,23 +34,24 @@ def select_surface(
     model: str = "quadratic",
     rule: str = "p",
 ) -> Surface:
-    """Fit a model, and drop the terms that a rule finds superfluous.
+    """Fit a model, and remove the terms that a rule finds superfluous.
 
     Parameters
     ----------
     response, names
-        Of response and factors.
+        Name of the response, and names of the factors.
     points, values
-        Coded, of shape (n, k); n responses, NaN where a run has none.
+        Coded points, shape (n, k), and responses, shape (n,); NaN where a run has none.
     model
-        To start from, one of `MODELS`.
+        Model to start from, one of `MODELS`.
     rule
-        One of `RULES`.
+        Rule of selection, one of `RULES`.
 
     Raises
     ------
     SpecificationError
-        If the runs cannot tell the model's terms apart.
+        If there is no such rule or model, or if the runs are too few or cannot tell the terms of
+        the model apart.
     """
     if rule not in RULES:
         raise SpecificationError("selection", rule, f"must be one of {', '.join(RULES)}")
@@ -62,14 +66,14 @@ def select_surface(
 
 
 def removable(terms: Sequence[Term]) -> list[Term]:
-    """Return the terms without which the model keeps its hierarchy; never the constant."""
+    """Return the terms whose removal preserves the model's hierarchy; never the constant."""
     return [
         term for term in terms if any(term) and not any(contains(other, term) for other in terms)
     ]
 
 
 def _least(surface: Surface) -> Term | None:
-    """Return the term of largest p, if that is above the level."""
+    """Return the removable term with the largest p, if that is above the level."""
     p_values = dict(zip(surface.terms, surface.fit.pvalues, strict=True))
     free = removable(surface.terms)
     term = max(free, key=lambda t: p_values[t], default=None)
@@ -77,7 +81,7 @@ def _least(surface: Surface) -> Term | None:
 
 
 def _worst(surface: Surface) -> Term | None:
-    """Return the term whose loss lowers AICc most, if one does."""
+    """Return the term whose removal lowers AICc most, if any does."""
     smaller = {term: _without(surface, term) for term in removable(surface.terms)}
     term = min(smaller, key=lambda t: _criterion(smaller[t]), default=None)
     better = term is not None and _criterion(smaller[term]) < _criterion(surface)
@@ -85,7 +89,7 @@ def _worst(surface: Surface) -> Term | None:
 
 
 def _criterion(surface: Surface) -> tuple[float, float]:
-    """Return AICc, and where that is infinite what the fit leaves."""
+    """Return AICc and the residual sum of squares, which decides where AICc is infinite."""
     return surface.quality["AICc"], float(surface.fit.ssr)
 
 

@@ -1,4 +1,4 @@
-"""What a study is: baseline, factors, design, responses and targets, as a TOML file."""
+"""A study, written as a TOML file: baseline, factors, design, responses and targets."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ from ramiefenics.specification.files import from_dict
 from ramiefenics.specification.reading import read_toml
 
 STUDIES = Path(__file__).resolve().parent / "studies"
-"""Files of the studies that can be named."""
+"""Folder of the studies that come with the code."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """A response, and what was measured of it, if anything.
+    """A response, with its measured value if there is one.
 
     Attributes
     ----------
     name
-        As `response` knows it.
+        Name of the response; see `ramiefenics.calibration.responses.response`.
     target, error
         Measured value and its standard error.
     dataset
-        In their place, a folder of measured data beside the study: the mean of its specimens and
-        the standard error of that mean.
+        Instead of these two, a folder of measured data, relative to that of the study. The target
+        is then the mean of its specimens, and the error the standard error of that mean.
     goal
-        A goal on it; all goals of a study are weighed against each other.
+        Goal for the response. All goals of a study are combined into one desirability.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Response:
     goal: Goal | None = None
 
     def __post_init__(self) -> None:
-        """Check that the response exists, and that a target has an error."""
+        """Check that the response exists, and that a target has a standard error."""
         check_text(self, "name")
         response(self.name)
         if self.target is not None and self.dataset is not None:
@@ -70,31 +70,31 @@ class Response:
 
 @dataclass(frozen=True)
 class Study:
-    """A designed study of the simulator, and a calibration where something was measured.
+    """A designed study of the simulator, with a calibration if there are measured values.
 
     Attributes
     ----------
     baseline
-        A published test, or a specification beside the study.
+        Name of a published test, or path of a specification relative to `folder`.
     factors
-        What is varied.
+        Numbers of the specification that are varied.
     responses
-        What is read off the curves.
+        Numbers that are computed from the force curves.
     title
-        One line.
+        Title, on one line.
     changes
-        Of the baseline, each ``key=value``.
+        Changes to the baseline, each of the form ``key=value``.
     mesh
-        Recipe of the simulations, by name; the baseline's own by default.
+        Name of the mesh recipe of the simulations; by default that of the baseline.
     design
-        Which runs.
+        Design of experiments, which defines the runs.
     model
-        Of the surfaces, one of `MODELS`; by default linear for a Plackett-Burman design, else
-        quadratic.
+        Polynomial model of the surfaces, one of `MODELS`; by default linear for a Plackett-Burman
+        design, otherwise quadratic.
     selection
-        Which of its terms are kept, one of `RULES`.
+        Rule by which terms of the model are kept, one of `RULES`.
     folder
-        What paths are relative to.
+        Folder that paths are relative to.
     """
 
     baseline: str
@@ -109,7 +109,7 @@ class Study:
     folder: str = "."
 
     def __post_init__(self) -> None:
-        """Check choices, and that the design can tell the model's terms apart."""
+        """Check all choices, and that the design can tell the terms of the model apart."""
         for name in ("baseline", "title"):
             check_text(self, name)
         if self.mesh is not None:
@@ -157,17 +157,17 @@ class Study:
 
     @property
     def distinct(self) -> int:
-        """Number of runs of the design that differ."""
+        """Number of distinct runs of the design."""
         return len(repeats(self.plan().coded))
 
     @property
     def polynomial(self) -> str:
-        """Model of the surfaces."""
+        """Name of the polynomial model of the surfaces."""
         screening = self.design.kind == "plackett_burman"
         return self.model or ("linear" if screening else "quadratic")
 
     def test(self) -> BendingTest:
-        """Return the baseline, with its changes and the study's mesh."""
+        """Return the baseline with the study's mesh and changes applied."""
         named = not self.baseline.endswith(".toml")
         path = Path(self.folder) / self.baseline
         test = published_test(self.baseline) if named else read_test(path)
@@ -175,15 +175,16 @@ class Study:
         return override(test, [*mesh, *self.changes])
 
     def targets(self) -> Targets | None:
-        """Return what was measured; None if nothing was.
+        """Return the measured values; None if there are none.
 
-        Responses of one data set share their specimens: their errors' covariance is that of the
-        specimens, over their number. Others are independent.
+        Responses of one data set share their specimens. The covariance of their errors is that of
+        the specimens divided by the number of specimens. All other targets are independent.
 
         Raises
         ------
         SpecificationError
-            If a data set cannot be read, has too few specimens, or does not show a response.
+            If a data set cannot be read, has another span than the baseline, several curves per
+            specimen or too few specimens, or if one of its curves does not determine a response.
         """
         measured = [w for w in self.responses if w.target is not None or w.dataset is not None]
         if not measured:
@@ -235,12 +236,12 @@ def read_study(study: str | Path) -> Study:
     Parameters
     ----------
     study
-        A TOML file, or the name of one that comes with the code: ``table4``, the published one.
+        A TOML file, or the name of a study that comes with the code: ``table4``, the published one.
 
     Raises
     ------
     SpecificationError
-        If the file cannot be read, or states something that cannot be.
+        If the file cannot be read, or contains an invalid value.
     """
     return read_named(Study, study, STUDIES)
 
@@ -249,12 +250,14 @@ T = TypeVar("T")
 
 
 def read_named(cls: type[T], study: str | Path, shipped: Path) -> T:
-    """Read a study of some kind that knows its `folder`: a TOML file, or one of those shipped.
+    """Read a study of a given class from a TOML file, or by its name from the folder `shipped`.
+
+    The class must have an attribute `folder`, which is set to the folder of the file.
 
     Raises
     ------
     SpecificationError
-        If the file cannot be read, or states something that cannot be.
+        If the file cannot be read, or contains an invalid value.
     """
     path = Path(study)
     if path.suffix != ".toml":

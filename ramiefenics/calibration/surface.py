@@ -1,7 +1,7 @@
 """Response surfaces: polynomials fitted to designed runs, with analysis of variance.
 
-Least squares, t and F statistics are statsmodels'. Terms are tested by what they add to all
-others (partial sums of squares, type III), in coded units.
+Least squares and the t and F statistics are computed by statsmodels. Each term is tested by its
+partial sum of squares (type III), that is, by what it adds to all other terms, in coded units.
 """
 
 from __future__ import annotations
@@ -22,33 +22,36 @@ from ramiefenics.calibration.terms import Term, model_matrix, model_slopes, term
 from ramiefenics.specification import SpecificationError
 
 SAME = 9
-"""Decimals of coded units to which points are the same."""
+"""Number of decimals of the coded values to which equal points agree."""
 
 EQUAL = 1e-9
-"""Of the range of a response, within which repeats give the same number: no experiment does."""
+"""Fraction of the range of a response within which repeats count as equal.
+
+Repeats of an experiment never agree so closely, those of a deterministic simulation do.
+"""
 
 
 ALONE = 1e-8
-"""What is left of 1 by the leverage of a run without which some coefficient is unknown."""
+"""Value of one minus leverage below which a run alone determines some coefficient."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A polynomial that stands for a response.
+    """A polynomial that approximates a response.
 
     Attributes
     ----------
     response
         Name of the response.
     names
-        Of the factors.
+        Names of the factors.
     terms
-        Of the polynomial, the constant first.
+        Terms of the polynomial, the constant first.
     points, values
-        What it was fitted to: coded points of shape (n, k), and the response there. Repeats that
-        gave equal values count once.
+        Runs to which it was fitted: coded points, shape (n, k), and responses, shape (n,). Repeats
+        that gave equal values count once.
     merged
-        How many equal repeats were left out.
+        Number of equal repeats that were left out.
     """
 
     response: str
@@ -60,7 +63,7 @@ class Surface:
 
     @cached_property
     def fit(self) -> Any:
-        """Result of statsmodels' OLS."""
+        """Result of the least-squares fit by statsmodels."""
         return sm.OLS(self.values, model_matrix(self.points, self.terms)).fit()
 
     @property
@@ -70,7 +73,7 @@ class Surface:
 
     @cached_property
     def _estimates(self) -> Array:
-        """Coefficients, in the order of the terms: asked for many times."""
+        """Coefficients in the order of the terms; cached because they are needed many times."""
         return np.asarray(self.fit.params)
 
     def predict(self, points: Array) -> Array:
@@ -78,7 +81,7 @@ class Surface:
         return np.asarray(model_matrix(points, self.terms) @ self._estimates)
 
     def slopes(self, points: Array) -> Array:
-        """Return its derivatives by the coded factors, shape (n, k)."""
+        """Return the derivatives with respect to the coded factors, shape (n, k)."""
         return np.einsum("ntk,t->nk", model_slopes(points, self.terms), self._estimates)
 
     def standard_error(self, points: Array) -> Array:
@@ -88,7 +91,7 @@ class Surface:
 
     @cached_property
     def _left_out(self) -> Array:
-        """Errors of prediction of every run by all others; NaN where these cannot predict it."""
+        """Errors in predicting each run from all others; NaN if these cannot predict it."""
         left = 1.0 - self.fit.get_influence().hat_matrix_diag
         return np.where(left > ALONE, self.fit.resid / np.maximum(left, ALONE), np.nan)
 
@@ -96,19 +99,22 @@ class Surface:
     def press(self) -> float:
         """Sum of squared errors of prediction, each run left out in turn (Allen 1974).
 
-        A run on which a coefficient hangs alone cannot be predicted, and does not count.
+        A run that alone determines a coefficient cannot be predicted, and does not count.
         """
         return float(np.nansum(np.square(self._left_out)))
 
     @property
     def prediction_error(self) -> float:
-        """Root mean square of these errors: what the surface itself may be wrong by."""
+        """Root mean square error in predicting a run left out: the error of the surface itself."""
         predicted = int(np.isfinite(self._left_out).sum())
         return math.sqrt(self.press / predicted) if predicted else math.inf
 
     @property
     def quality(self) -> dict[str, float]:
-        """R2, adjusted and predicted (``1 - PRESS / total``), PRESS, residual deviation, AICc."""
+        """R2, adjusted R2, predicted R2, PRESS, residual standard deviation and AICc.
+
+        Predicted R2 is ``1 - PRESS / total``.
+        """
         predicted = np.isfinite(self._left_out)
         told = float(np.square(self.values[predicted] - self.values.mean()).sum())
         return {
@@ -121,7 +127,7 @@ class Surface:
         }
 
     def coefficients(self) -> pd.DataFrame:
-        """Return one row per term, in coded units: estimate, error, t, p, 95 % interval."""
+        """Return one row per term, in coded units: estimate, its error, t, p, 95 % interval."""
         low, high = self.fit.conf_int().T
         return pd.DataFrame(
             {
@@ -136,13 +142,13 @@ class Surface:
         )
 
     def anova(self) -> pd.DataFrame:
-        """Return the analysis of variance, with lack of fit against pure error.
+        """Return the analysis of variance, with lack of fit tested against pure error.
 
-        Columns ``source``, ``sum_of_squares``, ``df``, ``mean_square``, ``F``, ``p``. Without
-        repeats that differ there is no pure error, and its F and p are NaN.
+        The columns are ``source``, ``sum_of_squares``, ``df``, ``mean_square``, ``F`` and ``p``.
+        If no repeats differ there is no pure error, and F and p of the lack of fit are NaN.
         """
         fit, mean_square = self.fit, float(self.fit.mse_resid)
-        parts = np.square(fit.tvalues[1:]) * mean_square  # of one coefficient each
+        parts = np.square(fit.tvalues[1:]) * mean_square  # sums of squares, one per coefficient
         within, within_df = self._pure_error()
         rows = [("model", float(fit.ess), int(fit.df_model), mean_square, int(fit.df_resid))]
         rows += [
@@ -158,7 +164,7 @@ class Surface:
         return pd.DataFrame([_anova_row(*row) for row in rows])
 
     def _pure_error(self) -> tuple[float, int]:
-        """Return sum of squares and degrees of freedom within repeats."""
+        """Return the sum of squares and the degrees of freedom within repeats."""
         groups = repeats(self.points)
         within = [float(np.square(v - v.mean()).sum()) for v in (self.values[g] for g in groups)]
         return sum(within), len(self.values) - len(groups)
@@ -166,14 +172,15 @@ class Surface:
     def diagnostics(self) -> pd.DataFrame:
         """Return one row per run: fitted, residual, leverage, studentised residual, Cook's D.
 
-        The residual is externally studentised: divided by its deviation as estimated without that
-        run (Belsley, Kuh and Welsch 1980, eq. 2.26); NaN where there is none. Cook (1977).
+        Residuals are externally studentised, that is, divided by their standard deviation as
+        estimated without the run (Belsley, Kuh and Welsch 1980, eq. 2.26). They are NaN for runs
+        that alone determine a coefficient. Cook's distance is that of Cook (1977).
         """
         influence = self.fit.get_influence()
         residual, predicted = self.fit.resid, self._left_out
         left = 1.0 - influence.hat_matrix_diag
         with np.errstate(divide="ignore", invalid="ignore"):
-            # what all other runs leave of the variance, from what the leverage says
+            # residual variance without the run, from the leverage, so that no model is refitted
             rest = (float(self.fit.ssr) - residual * predicted) / (self.fit.df_resid - 1.0)
             studentised = residual / np.sqrt(rest * left)
         return pd.DataFrame(
@@ -189,13 +196,16 @@ class Surface:
 
     @property
     def normality_p(self) -> float:
-        """Probability of residuals that look less normal (Shapiro and Wilk 1965)."""
+        """Value of p in Shapiro and Wilk's (1965) test for normality of the residuals.
+
+        It is NaN if the residuals are zero apart from rounding errors.
+        """
         if np.ptp(self.fit.resid) <= EQUAL * max(np.ptp(self.values), 1e-300):
             return math.nan
         return float(stats.shapiro(self.fit.get_influence().resid_studentized_internal).pvalue)
 
     def notes(self) -> list[str]:
-        """Return what a reader of the statistics must know, one sentence each."""
+        """Return what a reader of the statistics should know, one sentence each."""
         told = []
         if self.merged:
             told.append(
@@ -230,16 +240,16 @@ def fit_surface(
     Parameters
     ----------
     response, names
-        Of response and factors.
+        Name of the response, and names of the factors.
     terms
-        Of the polynomial.
+        Terms of the polynomial.
     points, values
-        Coded, of shape (n, k); n responses, NaN where a run has none.
+        Coded points, shape (n, k), and responses, shape (n,); NaN where a run has none.
 
     Raises
     ------
     SpecificationError
-        If the runs are too few, or do not tell the terms apart.
+        If the runs are too few, or cannot tell the terms apart.
     """
     known = np.isfinite(values)
     points, values = np.asarray(points)[known], np.asarray(values)[known]
@@ -268,10 +278,10 @@ def repeats(points: Array) -> list[Array]:
 def aicc(residual_sum: float, number: int, coefficients: int) -> float:
     """Return Akaike's criterion corrected for small samples (Hurvich and Tsai 1989).
 
-    Constants that all models of the same data share are left out. Infinite where the runs are
-    too few for it.
+    Constants that are equal for all models of the same data are left out. The criterion is infinite
+    if there are too few runs.
     """
-    k = coefficients + 1  # with the variance
+    k = coefficients + 1  # the variance is a parameter too
     if number - k - 1 <= 0:
         return math.inf
     likelihood = number * math.log(max(residual_sum, 1e-300) / number)
@@ -279,7 +289,7 @@ def aicc(residual_sum: float, number: int, coefficients: int) -> float:
 
 
 def _merge(points: Array, values: Array) -> tuple[Array, Array, int]:
-    """Count repeats once if all of them gave equal values, as no experiment does."""
+    """Merge repeats if all of them gave equal values, as only a deterministic simulation does."""
     groups = repeats(points)
     if not len(values):
         return points, values, 0

@@ -1,4 +1,4 @@
-"""Response surfaces, drawn: contours, over each factor, and what the fit leaves."""
+"""Figures of response surfaces: contours, main effects and residuals."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ramiefenics.results.result import Picture
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 COLOURS = "cividis"
-"""The same to colour-blind eyes."""
+"""Colour map that also suits colour-blind readers."""
 
 LEVELS = 12
 CELLS = 81
 
 
 def of_response(found: Calibration, name: str) -> dict[str, Picture]:
-    """Return what is drawn of a response's surface, by the name of its file."""
+    """Return the figures of a response's surface, by the names of their files."""
     label, drawn = response(name).label, {}
     if len(found.space.factors) > 1:
         drawn[f"contours_{name}"] = Picture(
@@ -50,9 +50,11 @@ def of_response(found: Calibration, name: str) -> dict[str, Picture]:
 
 
 def contour_figure(found: Calibration, name: str) -> Figure:
-    """Draw a response over every two factors, the others at the optimum, else at the centre.
+    """Draw a response over each pair of factors.
 
-    Dashed: the target; shaded: within twice its error. What is outside the design is blank.
+    The other factors are at the optimum, or at the centre if there is none. The target is a dashed
+    line, and the range within twice its standard error is dotted. Points outside the region of the
+    design are left blank.
     """
     surface = found.surfaces[name]
     pairs = list(itertools.combinations(range(len(found.space.factors)), 2))
@@ -78,13 +80,13 @@ def contour_figure(found: Calibration, name: str) -> Figure:
 
 
 def _levels(values: Array) -> Array:
-    """Return round numbers that span what is drawn, which may be the same everywhere."""
+    """Return round numbers that span the values drawn, even if these are all equal."""
     low, high = float(values.min()), float(values.max())
     return np.asarray(MaxNLocator(LEVELS, min_n_ticks=3).tick_values(low, high))
 
 
 def _label(axes: Axes, lines: QuadContourSet, levels: Sequence[float] | Array, size: float) -> None:
-    """Write values on contours, legible on any colour."""
+    """Label contours with their values, legibly on any colour."""
     halo = patheffects.withStroke(linewidth=1.5, foreground="w")
     for text in axes.clabel(lines, levels, fmt="%.4g", fontsize=size):
         text.set_path_effects([halo])
@@ -97,7 +99,7 @@ def _middle(found: Calibration) -> Array:
 def _plane(
     found: Calibration, surface: Surface, pair: tuple[int, int]
 ) -> tuple[Array, Array, Array]:
-    """Return natural values of two factors and the response, NaN outside the design."""
+    """Return natural values of two factors, and the response; NaN outside the design's region."""
     reach = found.design.region.reach
     line = np.linspace(-reach, reach, CELLS)
     first, second = np.meshgrid(line, line)
@@ -146,10 +148,10 @@ def _mark_points(axes: Axes, found: Calibration, pair: tuple[int, int]) -> None:
 
 
 def main_effects_figure(found: Calibration, name: str) -> Figure:
-    """Draw a response over every factor, the others at the centre of the design.
+    """Draw a response over each factor, with the others at the centre of the design.
 
-    The band is the 95 % confidence interval of the surface there; points are runs that differ from
-    that place by this factor alone.
+    The band is the 95 % confidence interval of the surface. Points are runs that differ from the
+    centre in this factor only.
     """
     surface, factors = found.surfaces[name], found.space.factors
     reach = found.design.region.reach
@@ -182,7 +184,7 @@ def main_effects_figure(found: Calibration, name: str) -> Figure:
 
 
 def diagnostics_figure(surface: Surface) -> Figure:
-    """Draw what the fit leaves: fitted over simulated, normal plot, Cook's distances."""
+    """Draw fitted over simulated values, a normal plot of the residuals, and Cook's distances."""
     table = surface.diagnostics()
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 3.3), layout="constrained")

@@ -1,4 +1,4 @@
-"""Terms of polynomial models: which there are, and what they are at points."""
+"""Terms of polynomial models: their names, values and derivatives."""
 
 from __future__ import annotations
 
@@ -16,11 +16,18 @@ Term = tuple[int, ...]
 """Exponents of the factors; all zero for the constant."""
 
 MODELS = ("linear", "interaction", "quadratic")
-"""Main effects; with products of two factors; with squares too."""
+"""Models with main effects only; with products of two factors as well; and also with squares."""
 
 
 def model_terms(number: int, model: str) -> tuple[Term, ...]:
-    """Return the terms of a model of so many factors, the constant first.
+    """Return the terms of a model, the constant first.
+
+    Parameters
+    ----------
+    number
+        Number of factors.
+    model
+        Name of the model, one of `MODELS`.
 
     Raises
     ------
@@ -39,13 +46,13 @@ def model_terms(number: int, model: str) -> tuple[Term, ...]:
 
 
 def term_name(term: Term, names: Sequence[str]) -> str:
-    """Return a term in words, such as ``X1 X3``, ``X2^2`` or ``constant``."""
+    """Return a term as text, such as ``X1 X3``, ``X2^2`` or ``constant``."""
     powers = [(n, power) for n, power in zip(names, term, strict=True) if power]
     return " ".join(n if power == 1 else f"{n}^{power}" for n, power in powers) or "constant"
 
 
 def parse_term(text: str, names: Sequence[str]) -> Term | None:
-    """Return the term that a text such as ``X1X2``, ``X2*X1``, ``X1^2`` names, or None."""
+    """Return the term that a text such as ``X1X2``, ``X2*X1`` or ``X1^2`` names, or None."""
     short = re.sub(r"[\s*:]", "", text.replace("**", "^"))
     if short.lower() in ("constant", "intercept"):
         return (0,) * len(names)
@@ -61,12 +68,12 @@ def parse_term(text: str, names: Sequence[str]) -> Term | None:
 
 
 def contains(higher: Term, lower: Term) -> bool:
-    """Return whether a term is of higher order than another that it has as a factor."""
+    """Return whether one term is another one multiplied by one or more factors."""
     return higher != lower and all(h >= low for h, low in zip(higher, lower, strict=True))
 
 
 def model_matrix(points: Array, terms: Sequence[Term] | NDArray[np.int_]) -> Array:
-    """Return the terms at points of shape (n, k), as a matrix of shape (n, number of terms)."""
+    """Return the values of the terms, shape (n, number of terms), at points of shape (n, k)."""
     powers = np.array(terms)
     matrix = np.ones((len(points), len(powers)))
     for column, power in zip(points.T, powers.T, strict=True):
@@ -75,7 +82,7 @@ def model_matrix(points: Array, terms: Sequence[Term] | NDArray[np.int_]) -> Arr
 
 
 def model_slopes(points: Array, terms: Sequence[Term]) -> Array:
-    """Return the derivatives of terms by factors at points: shape (n, terms, k)."""
+    """Return the derivatives of the terms with respect to the factors, shape (n, terms, k)."""
     powers = np.array(terms)
     slopes = np.empty((len(points), len(powers), points.shape[1]))
     for factor in range(points.shape[1]):

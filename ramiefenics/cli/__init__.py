@@ -92,7 +92,7 @@ def bend(
     tell_ending(result.ending, solutions is not None)
     try:
         finish(result, folder)
-    finally:  # a run that ended early has one, too
+    finally:  # finish exits if the run ended early, which has an animation, too
         if animate and MPI.COMM_WORLD.rank == 0 and result.snapshots:
             result.animate(folder / "animation.gif")
 
@@ -122,7 +122,7 @@ def specification(
     law: LawName = None,
     assign: Assignments = None,
 ) -> None:
-    """Print a specification in full as TOML, to keep and to change."""
+    """Print a complete specification as TOML, to save and edit."""
     typer.echo(dump_test(load_test(spec, mesh, law, assign)), nl=False)
 
 
@@ -135,7 +135,7 @@ def new(
     law: LawName = None,
     assign: Assignments = None,
 ) -> None:
-    """Write a specification to start from, with what every key means."""
+    """Write a specification to start from, with an explanation of every key."""
     from ramiefenics.specification.explained import explained
 
     if out.suffix != ".toml" or not out.parent.is_dir() or out.exists():
@@ -158,13 +158,13 @@ def options(
         bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell it.")
     ] = False,
 ) -> None:
-    """Bend plant stalks on a computer."""
+    """Simulate bending tests on plant stalks."""
 
 
 def main() -> None:
-    """Run the command line; bad input ends with one sentence and status 2."""
+    """Run the command line; bad input ends it with a one-sentence message and status 2."""
     first = MPI.COMM_WORLD.rank == 0
-    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # a reader that has enough, such as head, ends it
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # end without a message if head closes the pipe
     warnings.showwarning = notes.show  # type: ignore[assignment]
     try:
         with claims:
@@ -174,7 +174,7 @@ def main() -> None:
             typer.echo(f"ramiefenics: {error}", err=True)
             log.debug("refused here", exc_info=True)
         sys.exit(2)
-    except OSError as error:  # a full disk, a folder that is taken away
+    except OSError as error:  # for instance a full disk, or a folder that has been removed
         if first:
             typer.echo(f"ramiefenics: {error}", err=True)
         sys.exit(1)

@@ -36,7 +36,7 @@ def converge_command(
     law: LawName = None,
     assign: Assignments = None,
 ) -> None:
-    """Bend a stalk on a ladder of meshes: order of convergence, limit and error."""
+    """Bend a stalk on a ladder of meshes, and report order of convergence, limit and error."""
     for assignment in assign or []:
         if assignment.strip().startswith("numerics.mesh"):
             raise SpecificationError("--set", assignment, "must leave the mesh to the ladder")
@@ -45,7 +45,7 @@ def converge_command(
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
 
-    check_ladder(order, meshes)  # before there is a progress bar
+    check_ladder(order, meshes)  # refuse before a progress bar appears
     with resumable(), progress.refining() as show:
         study = converge(test, order, meshes, on_progress=show)
     finish(study, folder)
@@ -65,8 +65,8 @@ def explicit_command(
 ) -> None:
     """Bend a stalk with inertia, in explicit time steps, and compare with the quasi-static curve.
 
-    Settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`. Fine
-    meshes take long; `--mesh ladder_q1_1` takes a minute or two.
+    The settings are `numerics.explicit.duration_s`, `mass_factor` and others, see `specification`.
+    Fine meshes take long; `--mesh ladder_q1_1` takes a minute or two.
     """
     test = load_test(spec, mesh, law, assign)
     test.protocol.check_loading_only("explicit runs")

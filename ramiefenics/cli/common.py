@@ -1,4 +1,4 @@
-"""What several commands need: the test they are about, folders to write to, interruptions."""
+"""Shared parts of the commands: loading a test, claiming a folder, handling interruptions."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ Assignments = Annotated[
 def load_test(
     spec: str, mesh: str | None, law: str | None, assignments: list[str] | None
 ) -> BendingTest:
-    """Return the test that the command line names.
+    """Return the test that the command line specifies.
 
     Raises
     ------
     SpecificationError
-        If a name, a file or a value is not usable, or the law cannot take a layer's constants.
+        If a name, a file or a value cannot be used, or the law cannot take a layer's constants.
     """
     changes = [f"numerics.mesh={mesh}"] if mesh is not None else []
     changes += [f"law={law}"] if law is not None else []
@@ -66,7 +66,7 @@ def load_test(
 
 
 def on_first_rank(command: Callable[P, None]) -> Callable[P, None]:
-    """Leave to the first rank what ranks do not share; the others wait for its end."""
+    """Run a command that is not parallel on the first rank only; the others wait for its end."""
 
     @functools.wraps(command)
     def alone(*args: P.args, **kwargs: P.kwargs) -> None:
@@ -77,28 +77,28 @@ def on_first_rank(command: Callable[P, None]) -> Callable[P, None]:
 
 
 claims = ExitStack()
-"""Folders that a command holds, until `main` ends."""
+"""Claims to the folders that a command writes, held until `main` ends."""
 
 
 def claim(folder: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Path:
-    """Hold a folder before hours are spent on what goes into it.
+    """Claim a folder for the results before a long computation starts.
 
     Parameters
     ----------
     folder
-        Of results.
+        Folder of the results.
     comm
-        MPI communicator, all of whose ranks call.
+        MPI communicator; all of its ranks must call this function.
 
     Returns
     -------
     Path
-        The folder, of which nothing is made yet.
+        The folder, which is not created yet.
 
     Raises
     ------
     SpecificationError
-        If it cannot be written, or another process writes it; on all ranks.
+        If the folder cannot be written, or another process is writing it; on all ranks.
     """
     refused = None
     if comm.rank == 0:
@@ -124,7 +124,7 @@ def _check_writable(folder: Path) -> None:
 
 @contextmanager
 def resumable() -> Iterator[None]:
-    """Tell whose work is interrupted that its simulations are kept."""
+    """If work is interrupted, say that finished simulations are kept, and exit."""
     try:
         yield
     except KeyboardInterrupt:
@@ -151,14 +151,14 @@ def finish(found: Result, folder: Path) -> None:
 
 
 def tell_ending(ending: Ending, kept: bool = False) -> None:
-    """Say on standard error why a simulation did not reach the whole travel, if it did not.
+    """Report on standard error why a simulation ended before the whole travel, if it did.
 
     Parameters
     ----------
     ending
-        Why.
+        How the simulation ended.
     kept
-        Whether the same command goes on from there.
+        Whether the same command, run again, continues from there.
     """
     if ending.kind != "completed" and MPI.COMM_WORLD.rank == 0:
         more = "; run it again to go on" if kept and ending.kind == "interrupted" else ""

@@ -1,4 +1,4 @@
-"""Commands that look for causes: `discover` and `plan`."""
+"""Commands that search for hidden causes: `discover` and `plan`."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def discover_command(
     effects: EffectFiles = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
 ) -> None:
-    """Find what the simulation of measured curves lacks, and what naming it gains."""
+    """Find what a simulation of measured curves lacks, and how much adding it improves it."""
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
     if mesh is not None:
-        mesh_recipe(mesh)  # before there is a progress bar
+        mesh_recipe(mesh)  # refuse before a progress bar appears
     from ramiefenics.discovery import discover, suspects_of
     from ramiefenics.measured import read_dataset
     from ramiefenics.runs import Runs
@@ -82,7 +82,7 @@ def plan_command(
     law: LawName = None,
     assign: Assignments = None,
 ) -> None:
-    """Tell what tests could show before they are made, and which second test tells most."""
+    """Predict what planned tests could show, and which second test would show the most."""
     folder = claim(out or Path("results") / f"{Path(spec).resolve().stem}-plan", MPI.COMM_SELF)
     tried = suspects(suspect, effects, EFFECTS)
     from ramiefenics.discovery.plan import SHARES, plan
@@ -103,7 +103,7 @@ def plan_command(
 def _planned(
     spec: str, mesh: str | None, law: str | None, assign: list[str] | None
 ) -> tuple[BendingTest, dict[str, Any]]:
-    """Return the test, and what a data set tells of the stalks."""
+    """Return the test, and settings of the design that a folder of measured data provides."""
     if not (Path(spec) / "dataset.toml").is_file():
         return load_test(spec, mesh or "screening", law, assign), {}
     from ramiefenics.discovery.meshes import on_mesh

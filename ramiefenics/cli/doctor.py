@@ -1,4 +1,4 @@
-"""`ramiefenics doctor`: what is installed here, and what should be mended."""
+"""`ramiefenics doctor`: a report on the installation, and on what should be fixed."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from mpi4py import MPI
 GIGABYTE = 2**30
 
 LEAST_DISK = 2 * GIGABYTE
-"""That kept runs, compiled forms and results of a study take, with room to spare."""
+"""Disk space, bytes, for the kept runs, compiled forms and results of a study, with a margin."""
 
 LEAST_MEMORY = 4 * GIGABYTE
-"""Of a few processes on the recipes for use, each of which takes half a gigabyte."""
+"""Memory, bytes, of a few processes on the recipes for use, which take half a gigabyte each."""
 
 RENDER = "import pyvista as pv; p = pv.Plotter(off_screen=True); p.add_mesh(pv.Sphere()); p.show()"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about this machine.
+    """One line of the report on this machine.
 
     Attributes
     ----------
     what, found
-        What it is, and how it is here.
+        The item, and its state on this machine.
     advice
-        What should be mended; empty where nothing should.
+        What should be fixed; empty if nothing should.
     """
 
     what: str
@@ -42,7 +42,7 @@ class Finding:
 
 
 def doctor_command() -> None:
-    """Tell versions, processors, solvers, caches and disk space, and what should be mended."""
+    """Report versions, processors, solvers, caches and disk space, and what should be fixed."""
     wrong = 0
     for finding in findings():
         typer.echo(f"{finding.what:<24}{finding.found}")
@@ -55,7 +55,7 @@ def doctor_command() -> None:
 
 
 def findings() -> Iterator[Finding]:
-    """Yield all that is known, as it is found."""
+    """Yield the findings one at a time, as they are made."""
     from ramiefenics.results.manifest import versions
 
     for name, version in versions().items():
@@ -117,7 +117,7 @@ def _caches() -> Iterator[Finding]:
 
 
 def _pictures() -> Finding:
-    """Render one, in a process of its own: without a display some installations end it."""
+    """Try to render a picture, in a process of its own because it may crash without a display."""
     try:
         done = subprocess.run([sys.executable, "-c", RENDER], capture_output=True, timeout=120)
         works = done.returncode == 0

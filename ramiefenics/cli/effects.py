@@ -1,4 +1,4 @@
-"""The command `effects`, and the options of others that name effects."""
+"""The command `effects`, and the options of other commands that name effects."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def effects_command(
     ] = None,
     files: EffectFiles = None,
 ) -> None:
-    """List what real stalks and machines have and a specification may lack, or tell about one."""
+    """List the effects of real stalks and machines that can be simulated, or describe one."""
     known = EFFECTS | _of_files(files)
     if name is not None:
         typer.echo(_told(_named(name, known, "effect")))
@@ -68,9 +68,9 @@ def effects_command(
 def suspects(
     names: list[str] | None, files: list[str] | None, default: Mapping[str, Effect]
 ) -> dict[str, Effect]:
-    """Return the shipped effects of these names, else the default ones, and the user's own.
+    """Return the named shipped effects, or else the default ones, and the user's own.
 
-    The name ``all`` is that of all shipped ones.
+    The name ``all`` stands for all shipped effects.
     """
     if names and ALL in names:
         return EFFECTS | _of_files(files)
@@ -79,12 +79,12 @@ def suspects(
 
 
 def add_effects(test: BendingTest, given: list[str] | None, files: list[str] | None) -> BendingTest:
-    """Return the test with the effects that ``--effect`` gives; say so if they need more of it.
+    """Return the test with the effects of ``--effect``; report it if they need a larger model.
 
     Raises
     ------
     SpecificationError
-        If one is not known, not of the form name=amplitude, given twice, or makes no sense.
+        If an effect is unknown, not of the form name=amplitude, given twice, or makes no sense.
     """
     known = EFFECTS | _of_files(files)
     amplitudes: dict[str, float] = {}
@@ -132,7 +132,7 @@ def _unit(effect: Effect) -> str:
 
 
 def _told(effect: Effect) -> str:
-    """Return all that is known of an effect."""
+    """Return a complete description of an effect."""
     low, high = effect.bounds
     lines = {
         effect.name: effect.physics,
@@ -150,7 +150,7 @@ def _told(effect: Effect) -> str:
 
 
 def _excluded(effect: Effect) -> list[str]:
-    """Return the shipped effects that it cannot be combined with, or not in one order."""
+    """Return the shipped effects that it cannot be combined with in one order or in both."""
     refused = exclusions(ramie(14.23, 7.28, 0.67), EFFECTS | {effect.name: effect})
     told = []
     for other in EFFECTS:

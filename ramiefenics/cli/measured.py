@@ -59,7 +59,7 @@ def import_command(
         format = guess_reader(raw, options if names else needed).name
         typer.echo(f"read as {format}")
     if "speed_mm_per_min" not in find_reader(format).options:
-        options.pop("speed_mm_per_min", None)  # for the record only
+        options.pop("speed_mm_per_min", None)  # not needed to read; only the data set records it
     check_new(claim(out, MPI.COMM_SELF))
     curves = read_raw(raw, format, **options)
     write_dataset(curves, out, baseline, speed, format)
@@ -112,7 +112,7 @@ def compare_command(
     ] = None,
     mesh: MeshName = None,
 ) -> None:
-    """Draw measured curves beside simulated ones, and tell how far they are apart."""
+    """Draw measured curves beside simulated ones, and report how far apart they are."""
     folder = claim(
         out or Path("results") / f"{Path(dataset).resolve().name}-compared", MPI.COMM_SELF
     )

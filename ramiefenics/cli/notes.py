@@ -1,4 +1,4 @@
-"""Warnings as notes on standard error, once each, and where they matter."""
+"""Warnings as notes on standard error, each shown once and only where it matters."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from ramiefenics.cli.output import output
 from ramiefenics.specification import SpecificationWarning
 
 RESTARTED = "A worker was restarted"
-"""Of loky, whose processes grow to what the largest model needs, and are then made afresh."""
+"""Beginning of a warning of loky that is not shown.
+
+The memory of a worker grows to what the largest model needs, and loky then replaces the worker."""
 
 
 class Notes:
-    """Tells warnings; those of a specification when something is simulated, and not before."""
+    """Printer of warnings; those about a specification wait until something is simulated."""
 
     def __init__(self) -> None:
         self._told: set[str] = set()
@@ -21,7 +23,7 @@ class Notes:
         self._simulating = False
 
     def show(self, message: Warning | str, category: type[Warning], *_: object) -> None:
-        """Take the place of `warnings.showwarning`."""
+        """Print a warning, or keep it waiting; replaces `warnings.showwarning`."""
         if str(message).startswith(RESTARTED):
             return
         if issubclass(category, SpecificationWarning) and not self._simulating:
@@ -30,7 +32,7 @@ class Notes:
             self._tell(str(message))
 
     def simulating(self) -> None:
-        """Tell what has waited; from now on everything at once."""
+        """Print the waiting warnings, and all further ones immediately."""
         self._simulating = True
         for message in self._waiting:
             self._tell(message)
@@ -43,4 +45,4 @@ class Notes:
 
 
 notes = Notes()
-"""Of this process's command."""
+"""Notes of the command that this process runs."""

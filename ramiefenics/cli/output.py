@@ -1,4 +1,4 @@
-"""How a command tells what it does and has found; options that all commands have."""
+"""Output of the commands, and the options that all commands share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ P = ParamSpec("P")
 log = logging.getLogger(__name__)
 
 LEVELS = (logging.NOTSET, logging.INFO, logging.DEBUG)
-"""Of what is shown, by how many times -v is given."""
+"""Log levels to show, by the number of times that -v is given."""
 
 Verbosity = Annotated[
     int,
@@ -49,21 +49,21 @@ Json = Annotated[
 
 @dataclass
 class Output:
-    """What is told.
+    """Settings of a command's output.
 
     Attributes
     ----------
     quiet
-        Errors only.
+        Whether to print errors only.
     json
-        Results as JSON.
+        Whether to print results as JSON.
     """
 
     quiet: bool = False
     json: bool = False
 
     def tell(self, found: Result, folder: Path) -> None:
-        """Print a result, and where it is."""
+        """Print a result, and the folder in which it is."""
         if self.json:
             typer.echo(json.dumps(found.summary(), indent=2))
         elif not self.quiet:
@@ -73,11 +73,11 @@ class Output:
 
 
 output = Output()
-"""Of this process's command."""
+"""Output settings of the command that this process runs."""
 
 
 def with_options(command: Callable[P, None], result: bool = True) -> Callable[..., None]:
-    """Give a command the options -v and --quiet, and --json if it has a result."""
+    """Add the options -v and --quiet to a command, and --json if it has a result."""
 
     @functools.wraps(command)
     def told(*args: Any, verbose: int, quiet: bool, **kwargs: Any) -> None:
@@ -99,16 +99,16 @@ def with_parameters(
     options: Mapping[str, tuple[object, object]],
     without: str = "",
 ) -> Callable[..., None]:
-    """Give a function the parameters of a command, but for one, and options besides.
+    """Give a function the parameters of a command, except one, and additional options.
 
     Parameters
     ----------
     function, command
-        What Typer is to call, and what that stands for.
+        The function that Typer calls, and the command that it wraps.
     options
-        Defaults and annotations, by name.
+        Defaults and annotations of the additional options, by name.
     without
-        The parameter that is left out.
+        Name of the parameter that is left out.
     """
     signature = inspect.signature(command, eval_str=True)
     more = [

@@ -24,8 +24,8 @@ log = logging.getLogger(__name__)
 
 
 def _bar(text: str) -> Progress:
-    """Return a bar with a text, time elapsed and time left, on the first rank's terminal only."""
-    notes.simulating()  # what a specification leaves open matters from here on
+    """Return a bar with a text, elapsed and remaining time, on the first rank's terminal only."""
+    notes.simulating()  # from here on, warnings about the specification matter
     console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
@@ -36,13 +36,13 @@ def _bar(text: str) -> Progress:
         TimeRemainingColumn(),
         console=console,
         disable=output.quiet or MPI.COMM_WORLD.rank != 0 or not console.is_terminal,
-        speed_estimate_period=120.0,  # s: a step on a fine mesh takes several
+        speed_estimate_period=120.0,  # s; a step on a fine mesh takes several seconds
     )
 
 
 @contextmanager
 def _doing(name: str, total: float) -> Iterator[Callable[[float, str], None]]:
-    """Show how much is done, a state, and time left."""
+    """Show progress, the current state, and the remaining time."""
     with _bar("{task.fields[state]}") as progress:
         task = progress.add_task(name, total=total, state="compiling and meshing")
         yield lambda done, state: progress.update(task, completed=done, state=state)
@@ -52,7 +52,7 @@ def _doing(name: str, total: float) -> Iterator[Callable[[float, str], None]]:
 def bending(
     test: BendingTest, name: str = "bending"
 ) -> Iterator[Callable[[Step[Observables]], None]]:
-    """Show travel, force, iterations and time left of a run."""
+    """Show travel, force, iterations and remaining time of a run."""
     with _doing(name, test.protocol.duration_s) as tell:
         yield lambda step: tell(
             step.time_s,
@@ -63,7 +63,7 @@ def bending(
 
 @contextmanager
 def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
-    """Show time, travel, force and time left of a run with inertia."""
+    """Show travel, force, time step and remaining time of a run with inertia."""
     with _doing("explicit", test.numerics.explicit.duration_s) as tell:
         yield lambda point: tell(
             point.time_s,
@@ -74,7 +74,7 @@ def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
 
 @contextmanager
 def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
-    """Show stages, simulations done and expected, and time left."""
+    """Show the stage, the simulations done and expected, and the remaining time."""
     with _bar("{task.completed}{task.fields[of]} simulations") as progress:
         task = progress.add_task("reading", total=None, of="")
 
@@ -88,13 +88,13 @@ def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], Non
 
 @contextmanager
 def checking(number: int) -> Iterator[Callable[[int, str], None]]:
-    """Show studies done, the one that is being done, and time left."""
+    """Show the studies done, the current study, and the remaining time."""
     with _doing("verifying", number) as tell:
         yield tell
 
 
 @contextmanager
 def refining() -> Iterator[Callable[[float, str], None]]:
-    """Show mesh, travel, force, and time left of a ladder of meshes."""
+    """Show mesh, travel, force and remaining time of a convergence study."""
     with _doing("refining", 1.0) as tell:
         yield tell

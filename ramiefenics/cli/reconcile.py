@@ -26,7 +26,7 @@ def reconcile_command(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws behind the probability.")] = 0,
 ) -> None:
-    """Repair a misprinted central composite design by what was published about it."""
+    """Repair a misprinted central composite design from what was published about it."""
     folder = claim(out or Path("results") / f"{Path(table).stem}-reconciled", MPI.COMM_SELF)
     from ramiefenics.reconciliation.printed_design import read_printed_design, table5
     from ramiefenics.reconciliation.reconcile import reconcile

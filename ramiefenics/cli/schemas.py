@@ -1,4 +1,4 @@
-"""`ramiefenics schema`: what editors know of the files that a user writes."""
+"""`ramiefenics schema`: JSON schemas, for editors, of the files that a user writes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 
 
 class Kind(StrEnum):
-    """Kinds of files."""
+    """Kind of TOML file."""
 
     specification = "specification"
     dataset = "dataset"
@@ -21,10 +21,10 @@ class Kind(StrEnum):
 def schema_command(
     kind: Annotated[Kind, typer.Argument(help="Of file.")] = Kind.specification,
 ) -> None:
-    """Print the JSON schema of a kind of TOML file, by which editors complete its keys.
+    """Print the JSON schema of a kind of TOML file, with which editors complete its keys.
 
-    Kept as my.schema.json, it serves a file that begins with the line "#:schema ./my.schema.json"
-    in editors with Taplo, Visual Studio Code's Even Better TOML among them.
+    Save it as my.schema.json, and begin the TOML file with the line "#:schema ./my.schema.json".
+    This works in editors with Taplo, such as Visual Studio Code with Even Better TOML.
     """
     from ramiefenics.calibration.study import Study
     from ramiefenics.measured.layout import Layout

@@ -1,4 +1,4 @@
-"""Commands of studies of many runs: `calibrate`, `sweep` and `validate`."""
+"""Commands for studies of many runs: `calibrate`, `sweep` and `validate`."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def calibrate_command(
         Path | None, typer.Option(help="Folder of the results; results/NAME-calibration if none.")
     ] = None,
 ) -> None:
-    """Simulate a designed study, fit response surfaces, calibrate, and tell what the data fix."""
+    """Simulate a designed study, fit surfaces, calibrate, and report what the data determine."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-calibration", MPI.COMM_SELF)
     # statistics and solver take seconds to import
     from ramiefenics.calibration.calibrate import calibrate
     from ramiefenics.calibration.study import read_study
 
-    asked = read_study(study)  # before there is a progress bar
+    asked = read_study(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
         found = calibrate(asked, workers, on_stage=stage, on_done=count)
     finish(found, folder)
@@ -61,7 +61,7 @@ def sweep_command(
     mesh: MeshName = None,
     law: LawName = None,
 ) -> None:
-    """Bend a stalk with values varied, in all combinations."""
+    """Bend a stalk with all combinations of given values."""
     from ramiefenics.sweep import sweep, values_of
 
     values = dict(values_of(one) for one in assign)
@@ -88,7 +88,7 @@ def validate_command(
     # statistics and solver take seconds to import
     from ramiefenics.validation import read_validation, validate
 
-    asked = read_validation(study)  # before there is a progress bar
+    asked = read_validation(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
         found = validate(asked, workers, on_stage=stage, on_done=count)
     finish(found, folder)

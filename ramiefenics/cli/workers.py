@@ -1,4 +1,4 @@
-"""Where the simulations of a command are done: options that commands of many simulations have."""
+"""Options of commands with many simulations: where these run, and how many at a time."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ OPTIONS = {"jobs": (None, Jobs), "scheduler": (None, Scheduler), "pool": (None, 
 
 
 def with_workers(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command, which takes an executor as `workers`, the options that choose it.
+    """Add the options that choose an executor to a command that takes one as `workers`.
 
-    It runs on the first rank; the others work for it with ``--pool mpi``, and else wait for its
-    end.
+    The command runs on the first rank. With ``--pool mpi`` the other ranks work for it; otherwise
+    they wait for its end.
     """
 
     @functools.wraps(command)
@@ -57,7 +57,7 @@ def with_workers(command: Callable[..., None]) -> Callable[..., None]:
 def _workers(
     jobs: int | None, scheduler: str | None, pool: str | None
 ) -> Iterator[Executor | None]:
-    """Lend what the options name; None on other ranks than the first."""
+    """Provide the executor that the options choose; None on all ranks but the first."""
     given = {"jobs": jobs, "scheduler": scheduler, "pool": pool}
     chosen = {name: value for name, value in given.items() if value is not None}
     if len(chosen) > 1:

@@ -1,4 +1,4 @@
-"""Measured curves beside simulated ones."""
+"""Comparison of measured force curves with simulated ones."""
 
 from ramiefenics.comparison.compare import compare
 from ramiefenics.comparison.outcome import Comparison, Pair

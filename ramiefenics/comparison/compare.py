@@ -1,4 +1,4 @@
-"""Measured curves beside simulated ones: their own simulations, or given ones."""
+"""Comparison of measured curves with simulations of the same tests, or with given ones."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ def compare(
     Parameters
     ----------
     dataset
-        Measured curves, or their folder.
+        Measured curves, or the folder that holds them.
     simulated
         Simulations by name, each compared with every measured curve. By default every measured
-        test is simulated, with its own geometry and conditions and the baseline's constants.
+        test is simulated with its own geometry and conditions and the baseline's constants.
     mesh
-        Name of a recipe for these, in place of the data set's.
+        Name of the mesh recipe for these simulations; by default that of the data set.
     runs
-        Does the simulations, see `Runs`.
+        Runs the simulations, see `Runs`.
 
     Raises
     ------
     SpecificationError
         If the data cannot be used, or a test cannot be simulated.
     KeyboardInterrupt
-        If the user has interrupted it; finished simulations are kept.
+        If the user interrupts the simulations; finished ones are kept.
     """
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     if simulated is None:

@@ -1,4 +1,4 @@
-"""Measured and simulated curves, and what one has over the other."""
+"""Figure of measured and simulated curves, and of their differences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)
 
 
 def comparison_figure(found: Comparison) -> Figure:
-    """Draw curves above, simulated less measured forces below."""
+    """Draw the curves, and below them simulated minus measured forces."""
     names = list(dict.fromkeys(pair.name for pair in found.pairs))
     colours = dict(zip(names, itertools.cycle(COLOURS), strict=False))
     with mpl.rc_context(STYLE):

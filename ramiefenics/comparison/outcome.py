@@ -1,4 +1,4 @@
-"""How far measured curves are from simulated ones."""
+"""Result of a comparison of measured and simulated curves."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS = 201
-"""Displacements at which curves are compared."""
+"""Number of displacements at which two curves are compared."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A measured curve, and a simulated one.
+    """A measured curve and a simulated one.
 
     Attributes
     ----------
     record
-        As measured.
+        The measured test.
     name
-        Of the simulation.
+        Name of the simulation.
     result
-        The simulation.
+        Result of the simulation.
     """
 
     record: Record
@@ -44,9 +44,9 @@ class Pair:
 
     @property
     def recorded(self) -> pd.DataFrame:
-        """The simulation as its machine records it: ``displacement_mm``, ``force_N``.
+        """The simulated curve as its machine records it: ``displacement_mm``, ``force_N``.
 
-        Where the measured displacement begins behind a toe, it does, too.
+        If the measured curve has been corrected for its toe, so is the simulated one.
         """
         loading = self.result.loading[["recorded_displacement_mm", "recorded_force_N"]]
         travel, force = loading.to_numpy().T
@@ -55,7 +55,7 @@ class Pair:
 
     @cached_property
     def at_mm(self) -> Array:
-        """Displacements that both reach, shape (POINTS,).
+        """Equally spaced displacements that both curves cover, shape (POINTS,).
 
         Raises
         ------
@@ -73,19 +73,19 @@ class Pair:
 
     @property
     def measured_N(self) -> Array:
-        """Measured force there."""
+        """Measured force at `at_mm`."""
         curve = self.record.curve
         return np.asarray(np.interp(self.at_mm, curve["displacement_mm"], curve["force_N"]))
 
     @property
     def residual_N(self) -> Array:
-        """Simulated force less the measured one there."""
+        """Simulated minus measured force at `at_mm`."""
         curve = self.recorded
         simulated = np.interp(self.at_mm, curve["displacement_mm"], curve["force_N"])
         return np.asarray(simulated - self.measured_N)
 
     def row(self) -> dict[str, Any]:
-        """Return what a table has of it."""
+        """Return the pair's row of `Comparison.table`."""
         measured, residual = self.measured_N, self.residual_N
         peak, simulated = float(measured.max()), float((measured + residual).max())
         rms = float(np.sqrt(np.mean(residual**2)))
@@ -105,14 +105,14 @@ class Pair:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Result):
-    """Measured curves beside simulated ones.
+    """Measured curves compared with simulated ones.
 
     Attributes
     ----------
     dataset
-        What was measured.
+        The measured data.
     pairs
-        What is compared with what.
+        Pairs of a measured and a simulated curve.
     """
 
     dataset: Dataset
@@ -120,22 +120,23 @@ class Comparison(Result):
 
     @property
     def title(self) -> str:
-        """What this is."""
+        """Title of the comparison."""
         return f"{self.dataset.title}: measured and simulated"
 
     @cached_property
     def table(self) -> pd.DataFrame:
         """One row per pair.
 
-        ``measured`` and ``simulated``, by name; ``from_mm`` and ``to_mm``, between which both
-        curves are; ``rms_N`` and, over the measured maximum there, ``rms_percent`` and
-        ``mean_percent`` of simulated less measured force; ``measured_max_N``, ``simulated_max_N``
-        and ``max_error_percent`` of the maxima.
+        ``measured`` and ``simulated``, the names; ``from_mm`` and ``to_mm``, the range that both
+        curves cover; ``rms_N``, the root mean square of simulated minus measured force;
+        ``rms_percent`` and ``mean_percent``, its root mean square and mean relative to the measured
+        maximum in this range; ``measured_max_N``, ``simulated_max_N`` and the relative error of
+        the maximum, ``max_error_percent``.
         """
         return pd.DataFrame([pair.row() for pair in self.pairs])
 
     def findings(self) -> list[str]:
-        """Return how far each simulation is from what was measured."""
+        """Return how far each simulation is from the measured curves."""
         return [
             f"{name}: {np.sqrt((rows['rms_percent'] ** 2).mean()):.3g} % of the maximum as root "
             f"mean square, {rows['mean_percent'].mean():+.3g} % in the mean; maxima "
@@ -145,7 +146,7 @@ class Comparison(Result):
         ]
 
     def notes(self) -> list[str]:
-        """Return which simulations ended early, and what of the records is not compared."""
+        """Return which simulations ended early, and which parts of records are not compared."""
         ended = {
             f"{pair.name} of {pair.record.name}: {pair.result.ending.reason}": None
             for pair in self.pairs
@@ -154,15 +155,15 @@ class Comparison(Result):
         return [*ended, *self.dataset.notes()]
 
     def overview(self) -> pd.DataFrame:
-        """Return the table."""
+        """Return the main columns of the table."""
         return self.table.drop(columns=["from_mm", "rms_N"])
 
     def numbers(self) -> dict[str, Any]:
-        """Return the table."""
+        """Return the rows of the table."""
         return {"pairs": self.table.to_dict("records")}
 
     def tables(self) -> dict[str, Table]:
-        """Return the table, and all curves at the same displacements."""
+        """Return the table, and both curves of each pair at common displacements."""
         curves = {
             f"{pair.record.name}, {pair.name}": pd.DataFrame(
                 {
@@ -179,7 +180,7 @@ class Comparison(Result):
         }
 
     def figures(self) -> dict[str, Picture]:
-        """Return curves and residuals."""
+        """Return the figure of curves and residuals."""
         from ramiefenics.comparison.figures import comparison_figure
 
         return {

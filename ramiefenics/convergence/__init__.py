@@ -1,4 +1,4 @@
-"""Mesh convergence: a specification on a ladder of meshes, order, limit and error."""
+"""Mesh convergence of a specification on a ladder of meshes: order, limit and error."""
 
 from ramiefenics.convergence.outcome import Convergence
 from ramiefenics.convergence.richardson import Extrapolation, order_and_limit

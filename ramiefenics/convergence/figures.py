@@ -1,4 +1,4 @@
-"""What a mesh-convergence study shows: the curves of all meshes, and error against cost."""
+"""Figures of a mesh-convergence study: the curves of all meshes, and error against cost."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ramiefenics.convergence.outcome import Convergence, label_of
 from ramiefenics.results.style import GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILION
 
 MARKS = (("k", "o"), (ORANGE, "s"), (SKY, "^"), (GREEN, "D"), (PURPLE, "v"))
-"""Of every quantity."""
+"""Colour and marker of each quantity."""
 
 SHADES = mpl.colormaps["viridis_r"]
-"""Meshes from coarse, light, to fine, dark."""
+"""Colour map of the meshes, from light (coarse) to dark (fine)."""
 
 
 def curves_figure(study: Convergence) -> Figure:
-    """Draw force against travel of all meshes; a cross where a run ended before the travel."""
+    """Draw force against travel for all meshes; a cross marks a run that ended early."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 4.0), layout="constrained")
         axes = figure.subplots()
@@ -41,7 +41,7 @@ def curves_figure(study: Convergence) -> Figure:
 
 
 def error_figure(study: Convergence) -> Figure:
-    """Draw the error of every quantity against unknowns and against processor time."""
+    """Draw the error of each quantity against unknowns and against processor time."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 4.4), layout="constrained")
         panels = figure.subplots(1, 2, sharey=True)

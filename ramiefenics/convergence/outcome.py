@@ -1,4 +1,4 @@
-"""What a mesh-convergence study comes to."""
+"""Result of a mesh-convergence study."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BEHAVIOURS = {
     "unchanged": "no longer changes",
     "too few": "has too few meshes",
 }
-"""Of `Extrapolation.behaviour`, in words."""
+"""Wording of each `Extrapolation.behaviour`."""
 
 
 def label_of(quantity: str) -> str:
@@ -46,16 +46,17 @@ class Convergence(Result):
     order
         Element order of the ladder.
     runs
-        One per mesh, coarsest first.
+        Runs, one per mesh, coarsest first.
     positions_mm
-        Travels at which forces are compared: at 2/7, 4/7 (to three digits) and all of the whole.
+        Travels at which forces are compared: 2/7 and 4/7 of the whole travel (to three digits),
+        and the whole.
     meshes
         One row per mesh: ``mesh``, ``unknowns``, ``cells``, ``cell_size_mm`` (cube root of volume
         over cells), the columns of `quantities`, ``displacement_at_max_mm``, ``reached_mm``,
         ``ending``, ``steps``, ``newton_iterations``, ``cut_backs``, ``wall_s``, ``cpu_s``.
     quantities
-        What the meshes tell together: ``max_force_N``, ``slope_N_per_mm``, and ``force_4mm_N`` or
-        the like for each of `positions_mm`. A mesh that did not get there does not count.
+        Extrapolation of ``max_force_N``, ``slope_N_per_mm``, and ``force_4mm_N`` or the like for
+        each of `positions_mm`. A mesh whose run ended too early for a quantity is left out of it.
     """
 
     test: BendingTest
@@ -71,20 +72,20 @@ class Convergence(Result):
         return all(run.result.completed for run in self.runs)
 
     def reference(self, quantity: str) -> float:
-        """Return the Richardson limit, or, where there is none, the value of the finest mesh."""
+        """Return the Richardson limit or, if there is none, the value of the finest mesh."""
         limit = self.quantities[quantity].limit
         if limit is not None:
             return limit
         return self._finest(quantity)
 
     def errors(self, quantity: str) -> pd.Series:
-        """Return each mesh's distance from `reference`, a share of it; NaN for that mesh itself."""
+        """Return each mesh's error relative to `reference`; NaN for the mesh that gave it."""
         reference = self.reference(quantity)
         values = self.meshes[quantity]
         return (values / reference - 1.0).abs().where(values != reference)
 
     def notes(self) -> list[str]:
-        """Return what a reader must know of single runs, one sentence each."""
+        """Return remarks on single runs, one sentence each."""
         told = []
         for name, run in zip(self.meshes["mesh"], self.runs, strict=True):
             result = run.result
@@ -107,7 +108,7 @@ class Convergence(Result):
 
     @property
     def title(self) -> str:
-        """What this is."""
+        """Title of the study."""
         order = {1: "first", 2: "second"}[self.order]
         return f"Mesh convergence, {len(self.runs)} meshes of {order} order"
 
@@ -134,13 +135,13 @@ class Convergence(Result):
         return float(values.iloc[-1]) if len(values) else math.nan
 
     def overview(self) -> pd.DataFrame:
-        """Return sizes, quantities and cost of the meshes."""
+        """Return size, quantities and cost of every mesh."""
         cost = ["newton_iterations", "cpu_s"]
         table = self.meshes[["mesh", "unknowns", *self.quantities, *cost]]
         return table.rename(columns={"newton_iterations": "iterations"})
 
     def numbers(self) -> dict[str, Any]:
-        """Return extrapolations, and size and cost of every mesh."""
+        """Return the extrapolations, and size and cost of every mesh."""
         return {
             "order": self.order,
             "positions_mm": self.positions_mm,
@@ -163,7 +164,7 @@ class Convergence(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return meshes, extrapolations and curves."""
+        """Return the tables of meshes, extrapolations and curves."""
         curves = {
             name: run.result.curve[["displacement_mm", "force_N"]]
             for name, run in zip(self.meshes["mesh"], self.runs, strict=True)
@@ -187,7 +188,7 @@ class Convergence(Result):
         return pd.DataFrame(rows)
 
     def figures(self) -> dict[str, Picture]:
-        """Return the curves, and the errors over the cost."""
+        """Return the figures of the curves, and of errors against cost."""
         from ramiefenics.convergence import figures
 
         return {
@@ -202,5 +203,5 @@ class Convergence(Result):
         }
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return what was simulated, with its own mesh."""
+        """Return the specification, with its own mesh."""
         return {"specification": self.test}

@@ -9,43 +9,47 @@ from dataclasses import dataclass
 from scipy.optimize import brentq
 
 SAFETY = 1.25
-"""Factor of the grid-convergence index where three or more meshes give the order (Roache 1994)."""
+"""Safety factor of the grid-convergence index on three or more meshes (Roache 1994)."""
 
 LEAST_ORDER = 0.5
-"""An order below this is none: the limit would be many times farther away than the last two meshes
-are from each other. Oberkampf and Roy (2010, section 8.6) do not believe lower ones either."""
+"""Smallest observed order that counts as convergence.
+
+With a lower order the limit would be many times farther away than the last two meshes are from each
+other. Oberkampf and Roy (2010, section 8.6) do not trust lower orders either."""
 
 MOST_ORDER = 4.0
-"""That of a functional with second-order elements: last two meshes that differ by less than it has
-them agree by accident. Celik et al. (2008) warn of it."""
+"""Largest credible observed order, that of a functional with second-order elements.
+
+If the last two meshes differ by less than this order implies, they agree by accident. Celik et al.
+(2008) warn of such agreement."""
 
 ROUNDING = 1e-10
-"""Two values that differ by less, relatively, are the same."""
+"""Relative difference below which two values count as equal."""
 
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """What a sequence of meshes tells of one quantity.
+    """Extrapolation of one quantity from a sequence of meshes.
 
     Attributes
     ----------
     behaviour
-        Of the three finest meshes: ``converging``; ``oscillating`` (to either side, by less and
-        less); ``not converging`` (differences that do not shrink, or too slowly for an order of
-        `LEAST_ORDER`); ``unchanged`` (the finest two agree to rounding); ``too few`` (fewer than
-        three meshes).
+        Behaviour on the three finest meshes: ``converging``; ``oscillating`` (differences of
+        alternating sign that decrease); ``not converging`` (differences that do not decrease, or
+        more slowly than an order of `LEAST_ORDER` implies); ``unchanged`` (the two finest agree to
+        rounding); ``too few`` (fewer than three meshes).
     order
         Observed order of convergence; None unless converging.
     limit
-        Richardson's, for vanishing mesh size; None unless converging, and where the last two
+        Richardson limit for vanishing mesh size; None unless converging, and None if the last two
         meshes agree by accident, see `MOST_ORDER`.
     gci
-        Grid-convergence index of the finest mesh, a share of its value; None unless converging or
-        oscillating, and where they agree by accident.
+        Grid-convergence index of the finest mesh, relative to its value; None unless converging or
+        oscillating, and None if the last two meshes agree by accident.
     change
-        From the second finest mesh to the finest, a share of the finest's value.
+        Difference between the two finest meshes, relative to the finest's value.
     spread
-        Half the range of the three finest meshes, a share of the finest's value.
+        Half the range of the three finest meshes, relative to the finest's value.
     """
 
     behaviour: str
@@ -57,12 +61,12 @@ class Extrapolation:
 
     @property
     def uncertainty(self) -> float | None:
-        """Error to expect of the finest mesh, a share of its value.
+        """Expected error of the finest mesh, relative to its value.
 
-        The grid-convergence index where the sequence converges. Where it oscillates, or the last
-        two meshes agree by accident, half the range (Stern, Wilson, Coleman and Paterson 2001,
-        eq. 23) if that is more. Where it does not converge, half the range too, and the error may
-        well be larger.
+        If the sequence converges, this is the grid-convergence index. If it oscillates, it is the
+        larger of the index and half the range of the three finest meshes (Stern, Wilson, Coleman
+        and Paterson 2001, eq. 23). It is half the range if the last two meshes agree by accident,
+        and also if the sequence does not converge; the error may then well be larger.
         """
         if self.behaviour == "converging" and self.gci is not None:
             return self.gci
@@ -72,21 +76,22 @@ class Extrapolation:
 
 
 def order_and_limit(sizes: Sequence[float], values: Sequence[float]) -> Extrapolation:
-    """Extrapolate a quantity that has been computed on several meshes to vanishing mesh size.
+    """Extrapolate a quantity computed on several meshes to vanishing mesh size.
 
-    The procedure of Celik, Ghia, Roache, Freitas, Coleman and Raad (2008) on the three finest
-    meshes, whose ratios of refinement r need not be the same. The order p solves its equation,
+    This is the procedure of Celik, Ghia, Roache, Freitas, Coleman and Raad (2008) on the three
+    finest meshes, whose refinement ratios r need not be equal. The order p solves
     ``(phi3 - phi2) / (phi2 - phi1) = s r21^p (r32^p - s) / (r21^p - s)``, with s = 1, or s = -1
-    where the differences have opposite signs; index 1 is the finest mesh. The limit is
-    ``phi1 + (phi1 - phi2) / (r21^p - 1)``, and the index ``1.25 |phi1 - phi2| / (r21^p - 1)``
-    (Roache 1994), divided by ``|phi1|``. For s = -1, p serves the index only and is not given out.
+    if the differences have opposite signs; subscript 1 is the finest mesh. The limit is
+    ``phi1 + (phi1 - phi2) / (r21^p - 1)``, and the grid-convergence index is
+    ``1.25 |phi1 - phi2| / (r21^p - 1)`` (Roache 1994), divided by ``|phi1|``. For s = -1, p serves
+    the index only and is not returned.
 
     Parameters
     ----------
     sizes
         Representative cell sizes, in any unit and order; all different.
     values
-        The quantity on each mesh; not finite where there is none.
+        The quantity on each mesh; NaN or infinite where it is not known.
 
     Raises
     ------
@@ -99,7 +104,7 @@ def order_and_limit(sizes: Sequence[float], values: Sequence[float]) -> Extrapol
     if len(pairs) < 2:
         return Extrapolation("too few")
     (h1, finest), (h2, second) = pairs[:2]
-    # differences of next to nothing have no relative size
+    # a finest value of zero cannot serve as the scale
     scale = abs(finest) or max(abs(value) for _, value in pairs) or 1.0
     last = second - finest
     change = abs(last) / scale
@@ -126,12 +131,12 @@ def order_and_limit(sizes: Sequence[float], values: Sequence[float]) -> Extrapol
 
 
 def _order(ratio: float, r21: float, r32: float, sign: float) -> float | None:
-    """Return the order whose differences have that ratio; None if no positive one has."""
+    """Return the order at which the differences have this ratio; None if it is not positive."""
 
     def excess(p: float) -> float:
         return p * math.log(r21) + math.log((r32**p - sign) / (r21**p - sign)) - math.log(ratio)
 
-    if ratio == 0.0 or excess(1e-6) >= 0.0:  # it increases with p
+    if ratio == 0.0 or excess(1e-6) >= 0.0:  # the excess increases with p
         return None
     return float(brentq(excess, 1e-6, _above(excess), xtol=1e-13, rtol=1e-13))
 

@@ -1,4 +1,4 @@
-"""One specification on a ladder of meshes."""
+"""Simulation of one specification on a ladder of meshes."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ LADDERS = {order: tuple(f"ladder_q{order}_{step}" for step in range(1, 6)) for o
 """Mesh recipes by element order, coarsest first."""
 
 LEAST_MESHES = 3
-"""That an order can be observed on."""
+"""Smallest number of meshes from which an order can be observed."""
 
 SHARES = (2.0 / 7.0, 4.0 / 7.0, 1.0)
-"""Of the travel, at which forces are compared: 4, 8 and 14 of 14 mm."""
+"""Fractions of the travel at which forces are compared: 4, 8 and 14 of 14 mm."""
 
 MODELLED = {"quarter": 0.25, "half": 0.5, "full": 1.0}
 
 COST_EXPONENT = 1.5
-"""Time over cells, roughly; of the ladders' runs on the calibration stalk 1.3 to 1.8."""
+"""Approximate exponent with which run time grows with the number of cells.
+
+In the ladders' runs on the calibration stalk it is 1.3 to 1.8."""
 
 Progress = Callable[[float, str], None]
 
@@ -48,23 +50,23 @@ def converge(
     Parameters
     ----------
     test
-        The specification, its file, or the name of a published one; the ladder's recipes take its
-        mesh's place.
+        The specification, its file, or the name of a published one. The ladder's recipes replace
+        its mesh.
     order
         Element order, 1 or 2.
     meshes
-        How many of the ladder, from the coarsest: 3 to 5.
+        Number of the ladder's meshes to use, from the coarsest: 3 to 5.
     runs
-        Does the simulations; kept in the user's cache by default.
+        Runs the simulations; by default they are kept in the user's cache.
     on_progress
-        Told the share that is done of what there is to simulate, by estimated cost, and the state.
+        Called with the fraction of the estimated cost that is done, and a text on the state.
 
     Raises
     ------
     SpecificationError
-        If the order or the number is not one of these, or the test cannot be simulated.
+        If the order or the number of meshes is not one of these, or the test cannot be simulated.
     KeyboardInterrupt
-        If the user has interrupted it; finished meshes are kept.
+        If the user interrupts the study; finished meshes are kept.
     """
     check_ladder(order, meshes)
     test = as_test(test)
@@ -87,7 +89,7 @@ def check_ladder(order: int, meshes: int) -> None:
     Raises
     ------
     SpecificationError
-        If there is no such ladder.
+        If the order is not available or the number of meshes is out of range.
     """
     if order not in LADDERS:
         raise SpecificationError("order", order, "must be 1 or 2")
@@ -120,13 +122,13 @@ def _simulate(tests: list[BendingTest], runs: SharedRuns, report: Progress) -> I
 
 
 def _compile(test: BendingTest, runs: SharedRuns) -> None:
-    """Compile forms ahead, by a first step, so that no mesh's time has that in it."""
+    """Compile the forms in a first step, so that no mesh's time includes compilation."""
     step = min(test.numerics.stepping.first_step_mm, test.protocol.travel_mm)
     runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step, then=())))
 
 
 def _cells(test: BendingTest) -> int:
-    """Return about how many cells a test's mesh has, without making it."""
+    """Return roughly how many cells a test's mesh has, without generating it."""
     mesh = test.numerics.mesh
     section = mesh.angular_elements * (mesh.wall_elements + mesh.rind_elements)
     return section * (len(axial_positions(test)) - 1)
@@ -140,7 +142,7 @@ def _positions(travel_mm: float) -> tuple[float, ...]:
 def _row(run: KeptRun, positions_mm: tuple[float, ...]) -> dict[str, object]:
     result, statistics = run.result, run.result.statistics
     travel, force = result.loading["displacement_mm"], result.loading["force_N"]
-    # of a curve that ends early and still rises, the maximum is not known
+    # if a run ended early while the force still rose, its maximum is not known
     known = result.completed or result.has_force_maximum
     forces = {
         f"force_{at:g}mm_N": np.interp(at, travel, force, right=np.nan) for at in positions_mm
@@ -165,7 +167,7 @@ def _row(run: KeptRun, positions_mm: tuple[float, ...]) -> dict[str, object]:
 
 
 def _volume(test: BendingTest) -> float:
-    """Volume of the modelled part, mm3, of a straight stalk; only ratios between meshes count."""
+    """Return the volume of the modelled part of a straight stalk, mm3; only its ratios count."""
     inner, *_, outer = test.stalk.radii_mm
     part = MODELLED[test.numerics.domain]
     return part * math.pi * (outer**2 - inner**2) * test.stalk.length_mm

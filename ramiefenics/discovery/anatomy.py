@@ -1,8 +1,8 @@
 """Anatomy of the unknown: a free function inside the model that explains what no suspect does.
 
-In each of a few places (`places`) a function is free but for being smooth. Its coefficients are
-integrated out, at the most probable of a few sizes and with the standard deviations that are most
-probable beside it, so that places are compared by their evidence. The best is fitted in the
+In each of a few places (`places`), a function is free except that it is smooth. Its coefficients
+are integrated out, for each of a few prior sizes and with the standard deviations that are most
+probable with it, so that places can be compared by their evidence. The best one is fitted in the
 finite-element model by linearising again at the expected coefficients.
 """
 
@@ -40,26 +40,26 @@ from ramiefenics.measured import Dataset
 from ramiefenics.specification import BendingTest, SpecificationError
 
 SIZES = (0.3, 1.0, 3.0)
-"""Of functions beforehand, over that of their place, equally likely."""
+"""Prior sizes of a function relative to that of its place, all equally probable."""
 
 ROUNDS = 2
-"""Most linearisations at expected coefficients."""
+"""Maximum number of linearisations at the expected coefficients."""
 
 
 @dataclass(frozen=True)
 class Learned:
-    """A function in a place, given the curves.
+    """A function learned in one place of the model.
 
     Attributes
     ----------
     place
-        Where.
+        The place.
     size
-        The most probable one of `SIZES`.
+        The most probable of `SIZES`.
     log_evidence
-        Of the curves, the mean over `SIZES`.
+        Logarithm of the evidence of the curves, averaged over `SIZES`.
     fit
-        With the function's coefficients as the last columns of its nuisance.
+        Fit at that size, with the function's coefficients as the last columns of its nuisance.
     """
 
     place: Place
@@ -69,7 +69,7 @@ class Learned:
 
     @cached_property
     def coefficients(self) -> tuple[Array, Array]:
-        """Mean, shape (c,), and covariance of the coefficients."""
+        """Mean, shape (c,), and covariance, shape (c, c), of the coefficients."""
         root = self.size * self.place.root
         number = root.shape[1]
         whitened = self.fit.evidence.whiten(self.fit.scatter)
@@ -79,7 +79,8 @@ class Learned:
     def function(self, test: BendingTest) -> tuple[Array, Array, Array]:
         """Return a test's whole function at `Place.at`: mean, and the ends of its 95 % band, (g,).
 
-        Student's, with one degree of freedom less than there are specimens.
+        The band is that of Student's distribution with one degree of freedom fewer than there are
+        specimens.
         """
         mean, covariance = self.coefficients
         basis = self.place.basis(test)
@@ -97,15 +98,15 @@ class Anatomy:
     Attributes
     ----------
     log_evidence_gains
-        By place, over that of the baseline.
+        Log-evidence of each place minus that of the baseline, by name.
     learned
-        The function in the preferred place.
+        The function in the best place.
     test
-        The data set's baseline with the fitted factors, the mean of the specimens.
+        The data set's baseline with the mean of the specimens' fitted factors.
     misfit_p_value
         Probability of a common misfit like the one that is left.
     gain, shape_gain
-        As of `Discovery`, of predictions with the function.
+        Gains of predictions with the function, as in `Discovery`.
     """
 
     log_evidence_gains: Mapping[str, float]
@@ -117,17 +118,17 @@ class Anatomy:
 
     @property
     def place(self) -> Place:
-        """The preferred one."""
+        """The place with the largest evidence."""
         return self.learned.place
 
     @property
     def believed(self) -> bool:
-        """Whether a function in the preferred place explains more than chance would."""
+        """Whether a function in the best place explains more than chance would."""
         return self.log_evidence_gains[self.place.name] > ENOUGH
 
     @property
     def probability(self) -> dict[str, float]:
-        """Of every place, if it is one of these, all equally likely beforehand."""
+        """Probability of each place, if one of these is right; all have the same prior."""
         gains = np.array(list(self.log_evidence_gains.values()))
         shares = np.exp(gains - gains.max())
         values = map(float, shares / shares.sum())
@@ -140,15 +141,15 @@ class Anatomy:
 
     @cached_property
     def function(self) -> tuple[Array, Array, Array]:
-        """The whole function, see `Learned.function`."""
+        """The whole function and the ends of its band, see `Learned.function`."""
         return self.learned.function(self.test)
 
     def extended_test(self) -> BendingTest:
-        """Return the baseline with the function."""
+        """Return the baseline with the learned function."""
         return self.place.apply(self.test, self.learned.coefficients[0])
 
     def numbers(self) -> dict[str, Any]:
-        """Return what a summary has of it."""
+        """Return the values for a summary."""
         mean, low, high = self.function
         names = [effect.name for effect in self.place.effects]
         coefficients = [float(value) for value in self.learned.coefficients[0]]
@@ -179,7 +180,7 @@ class Anatomist:
     dataset, observed
         The measured curves.
     predictor
-        Predicts them; simulates every curve.
+        Predicts the curves, and simulates every one of them.
     """
 
     def __init__(self, dataset: Dataset, observed: Observed, predictor: Predicting) -> None:
@@ -187,12 +188,12 @@ class Anatomist:
         self._tests = [record.test for record in dataset.records]
 
     def learn(self, baseline: Fitted) -> tuple[Learned, dict[str, float]]:
-        """Return the function in the best place, and what each place gains in log-evidence.
+        """Return the function in the best place, and the gain of each place in log-evidence.
 
         Parameters
         ----------
         baseline
-            The fit without it.
+            The fit without a function.
         """
         observed = self._observed
         found = places(self._tests, float(observed.force_N.max()), float(observed.at_mm.max()))
@@ -211,7 +212,7 @@ class Anatomist:
         return self._refined(best, curves), gains
 
     def _refined(self, learned: Learned, curves: Linearised) -> Learned:
-        """Linearise again at the expected coefficients."""
+        """Linearise again at the expected coefficients until these settle."""
         here: Array = np.zeros(len(learned.place.effects))
         for _ in range(ROUNDS):
             mean, covariance = learned.coefficients
@@ -228,7 +229,7 @@ class Anatomist:
         return learned
 
     def _move(self, learned: Learned, curves: Linearised, here: Array) -> tuple[Linearised, Array]:
-        """Go to the expected coefficients, or as far as simulations reach the end."""
+        """Move to the expected coefficients, or as far as simulations reach the end."""
         model, place = curves.model, learned.place
         step = np.clip(learned.fit.log_factors - model.log_factors, -FARTHEST, FARTHEST)
         effects, share = {effect.name: effect for effect in place.effects}, 1.0
@@ -252,7 +253,7 @@ class Anatomist:
 
 
 def _signatures(place: Place, evidence: Evidence) -> Array:
-    """Return what each coefficient changes, per unit, shape (c, r, m)."""
+    """Return the change of the curves per unit of each coefficient, shape (c, r, m)."""
     return np.array([evidence.suspects[effect.name].signature for effect in place.effects])
 
 

@@ -1,4 +1,4 @@
-"""Curves of the same specimen stand together: one block of the data for each specimen."""
+"""Grouping of curves by specimen: one block of the data for each specimen."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ Integers = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True)
 class Blocks:
-    """Where curves stand. Blocks are as long as the longest; the rest of them has no data.
+    """Arrangement of curves in blocks, one for each specimen.
+
+    All blocks are as long as the longest one; the rest of a shorter one has no data.
 
     Attributes
     ----------
     specimen
-        Of every curve, counted from 0, shape (r,).
+        Index of the specimen of every curve, counted from 0, shape (r,).
     place
-        Of every curve among its specimen's, shape (r,).
+        Index of every curve among those of its specimen, counted from 0, shape (r,).
     points
-        Displacements of a curve, m.
+        Number of displacements of a curve, m.
     """
 
     specimen: Integers
@@ -33,7 +35,7 @@ class Blocks:
 
     @classmethod
     def of(cls, specimens: Sequence[str], points: int) -> Blocks:
-        """Arrange curves, given the name of each one's specimen."""
+        """Arrange curves, given the name of the specimen of each."""
         names = list(dict.fromkeys(specimens))
         places = [list(specimens[:index]).count(name) for index, name in enumerate(specimens)]
         numbers = [names.index(name) for name in specimens]
@@ -41,29 +43,29 @@ class Blocks:
 
     @property
     def number(self) -> int:
-        """Specimens, n."""
+        """Number of specimens, n."""
         return int(self.specimen.max()) + 1
 
     @property
     def most(self) -> int:
-        """Curves of the specimen that has most."""
+        """Number of curves of the specimen that has most."""
         return int(self.place.max()) + 1
 
     def stack(self, columns: Array) -> Array:
-        """Return columns, shape (r, c, m), by specimen, shape (n, b, c) with b = most * m."""
+        """Return columns, shape (r, c, m), stacked by specimen, shape (n, b, c), b = most * m."""
         whole = np.zeros((self.number, self.most, self.points, columns.shape[1]))
         whole[self.specimen, self.place] = columns.transpose(0, 2, 1)
         return whole.reshape(self.number, self.most * self.points, columns.shape[1])
 
     def curves(self, stacked: Array) -> Array:
-        """Return columns by curve again, shape (r, c, m)."""
+        """Return stacked columns by curve again, shape (r, c, m)."""
         whole = stacked.reshape(self.number, self.most, self.points, -1)
         return np.asarray(whole[self.specimen, self.place].transpose(0, 2, 1))
 
     def covariance(self, kernels: Array, elsewhere: float) -> Array:
-        """Return matrices of the curves, shape (r, m, m), on the blocks' diagonals, (n, b, b).
+        """Return blocks, (n, b, b), with matrices of the curves, (r, m, m), on their diagonals.
 
-        Where there are no data the diagonal has `elsewhere`.
+        Where there are no data, the diagonal is `elsewhere`.
         """
         n, q, m = self.number, self.most, self.points
         whole = np.zeros((n, q, m, q, m))

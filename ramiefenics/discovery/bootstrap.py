@@ -1,4 +1,4 @@
-"""P-values by parametric bootstrap, the scatter fitted anew to every random data set."""
+"""P-values by parametric bootstrap, with the scatter refitted to every random data set."""
 
 from __future__ import annotations
 
@@ -16,25 +16,26 @@ from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 DRAWS = 1000
-"""Most random data sets."""
+"""Maximum number of random data sets."""
 
 EXCEEDED = 40
-"""Random data sets that exceed the measured one after which no more are drawn: the probability is
-known well enough then (Besag and Clifford 1991)."""
+"""Number of random data sets exceeding the measured one after which no more are drawn, because the
+probability is then known well enough (Besag and Clifford 1991)."""
 
 STEP, FARTHEST = 0.1, 1.5
-"""Of the logarithms of standard deviations: for derivatives, and the largest change of a refit."""
+"""Step of the logarithms of standard deviations for derivatives, and their largest change in a
+refit."""
 
 MISFIT = 10.0
-"""Times the simulator's own error: what is missing where something unknown is."""
+"""Size of the misfit that something unknown makes, as a multiple of the simulator's own error."""
 
 FREE = 3.0
-"""Standard deviations, of what is known beforehand, by which the amplitudes of effects that are
-there may change where it is asked what they leave."""
+"""Standard deviation, relative to the prior one, of the changes allowed in the amplitudes of the
+effects present when the misfit that these leave is tested."""
 
 ALTERNATIVES = 3
-"""Suspects for which standard deviations are fitted besides: an effect by which specimens differ is
-otherwise taken for scatter."""
+"""Number of suspects with which standard deviations are fitted as well, because an effect by which
+specimens differ is otherwise taken for scatter."""
 
 
 def p_value_of_effect(
@@ -43,20 +44,20 @@ def p_value_of_effect(
     rng: np.random.Generator,
     fitted: Mapping[str, float] | None = None,
 ) -> float:
-    """Return the probability that some suspect explains as much where there is no effect.
+    """Return the probability that some suspect explains as much if no effect is present.
 
     Parameters
     ----------
     evidence
-        Of the curves, with all suspects.
+        Evidence of the curves, with all suspects.
     nothing
-        The most probable standard deviations without any.
+        The most probable standard deviations without effects.
     rng
-        Random numbers.
+        Random number generator.
     fitted
-        What suspects gain in log-evidence where they have been fitted. Of the measured curves it
-        counts in place of what the derivatives say; of random ones these tell, as there is no
-        effect from which they could be far.
+        Gains in log-evidence of the suspects that have been fitted. For the measured curves, these
+        replace the gains by the derivatives. For random curves the derivatives suffice, because
+        without an effect the best fit cannot be far from where they were computed.
     """
     fitted = fitted or {}
     singles = [(index,) for index in range(len(evidence.names))]
@@ -88,14 +89,14 @@ def p_value_of_effect(
 
 
 def p_value_of_misfit(fit: Fit, rng: np.random.Generator) -> float:
-    """Return the probability of what curves have in common beyond what a fit explains.
+    """Return the probability of a misfit common to all curves as large as that left by a fit.
 
     Parameters
     ----------
     fit
-        Of the effects that are there; their amplitudes may change.
+        Fit of the effects that are present; their amplitudes may change.
     rng
-        Random numbers.
+        Random number generator.
     """
     evidence = fit.evidence
     chosen = [evidence.names.index(name) for name in fit.chosen]
@@ -116,7 +117,7 @@ def _p_value(
     statistic: Callable[[Scatter, Array | None], float],
     rng: np.random.Generator,
 ) -> float:
-    """Return how probable a statistic as large as that of the measured curves is."""
+    """Return the probability of a statistic at least as large as that of the measured curves."""
     draws = evidence.draw(scatter, DRAWS, rng)
     measured, exceeded = statistic(scatter, None), 0
     for index, own in enumerate(_refitted(evidence, scatter, draws)):
@@ -129,7 +130,8 @@ def _p_value(
 def _refitted(evidence: Evidence, scatter: Scatter, draws: Array) -> Sequence[Scatter]:
     """Return the most probable standard deviations of each random data set.
 
-    One step of Fisher's scoring: the information is the covariance of the draws' derivatives.
+    This is one step of Fisher scoring, with the covariance of the draws' derivatives as the
+    information matrix.
     """
     needed = {name: evidence.suspects[name] for name in scatter.spread}
     blind = dataclasses.replace(without_knowledge(evidence), suspects=needed)

@@ -1,4 +1,4 @@
-"""Simulated curves of loading and of unloading, side by side."""
+"""Prediction of curves of loading and of unloading together."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.specification import BendingTest
 
 LOADED = 0.01
-"""Share of the largest force from which on a derivative over the force tells something."""
+"""Share of the largest force above which the ratio of a derivative to the force is meaningful."""
 
 
 class UnloadingPredictor(Predictor):
-    """Predicts curves of unloading, which are simulated with the loading before.
+    """Predictor of curves of unloading, which are simulated together with the loading before.
 
-    The indenter turns where the displacement is the measured one. Only where curves are confirmed
-    does that count what the machine gives way there; elsewhere the indenter goes as far as is
-    recorded, so that an error of the machine needs no simulation.
+    The indenter turns at the measured displacement. Only when curves are confirmed is the
+    deflection of the machine at that point subtracted; otherwise the indenter moves as far as the
+    recorded displacement, so that an error of the machine needs no simulation.
     """
 
     derives: ClassVar[bool] = False
@@ -61,10 +61,10 @@ class UnloadingPredictor(Predictor):
 
 
 class BothWays:
-    """Predicts what a data set's machine records of loading and unloading.
+    """Predictor of what the machine of a data set records of loading and unloading.
 
-    Derivatives of unloading by factors are in proportion to those of the loading at the same
-    displacement, as of an elastic stalk without friction; they say only where to go on.
+    Relative to the force, derivatives of unloading by factors are taken to be those of the loading
+    at the same displacement, as for an elastic stalk without friction; they only guide the fit.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class BothWays:
         )
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
-        """Return the same with the forces of every curve simulated, see `Predictor.confirm`."""
+        """Return the same curves with all forces simulated, see `Predictor.confirm`."""
         there, back = (part.confirm(curves, tolerance) for part in self._parts)
         return dataclasses.replace(
             curves,
@@ -124,14 +124,14 @@ class BothWays:
         )
 
     def _merged(self, there: Array, back: Array) -> Array:
-        """Return values of all curves, in their order."""
+        """Return the values of all curves, in the order of the tests."""
         whole = np.empty((len(there) + len(back), *there.shape[1:]))
         for rows, values in zip(self._rows, (there, back), strict=True):
             whole[rows] = values
         return whole
 
     def _in_proportion(self, there: Linearised, back: Linearised) -> Array:
-        """Return derivatives of unloading by the log factors, shape (u, k, m)."""
+        """Return derivatives of unloading with respect to the log factors, shape (u, k, m)."""
         found = np.empty_like(back.by_factors)
         for row, of in enumerate(self._before):
             force, slopes = there.force[of], there.by_factors[of]
@@ -147,6 +147,6 @@ Predicting: TypeAlias = Predictor | BothWays
 
 
 def predictor_of(tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> Predicting:
-    """Return a predictor of curves, some of which may be of unloading."""
+    """Return a predictor for curves, some of which may be of unloading."""
     back = any(test.protocol.then for test in tests)
     return BothWays(tests, observed, runs) if back else Predictor(tests, observed, runs)

@@ -1,4 +1,4 @@
-"""Specimens that slipped, broke or were mis-measured: whose curves others cannot explain."""
+"""Detection of specimens that slipped, broke or were mis-measured."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence
 
 PROBABILITY = 0.02
-"""Of each specimen to be broken, beforehand."""
+"""Prior probability that a specimen is broken."""
 
 FEWEST = 3
-"""Specimens that are left at least."""
+"""Minimum number of specimens that are kept."""
 
 LARGEST_SHARE = 1 / 3
-"""Of the specimens that may be taken for broken."""
+"""Largest share of the specimens that may be taken for broken."""
 
 
 def find_broken(evidence: Evidence, effects: Sequence[str]) -> Evidence:
     """Return the evidence in which specimens that are probably broken do not count.
 
-    One after the other, the one first without which the others are most probable: as long as its
-    curves are less probable as those of a specimen like the others than as anything a curve can be
-    (a mixture at the level of specimens: Box and Tiao 1968).
+    Specimens are taken out one after the other, each time the one without which the others are most
+    probable, as long as its curves are less probable as those of a specimen like the others than as
+    anything a curve can be (a mixture at the level of specimens: Box and Tiao 1968).
 
     Parameters
     ----------
     evidence
-        Of all specimens.
+        Evidence of all specimens.
     effects
-        That are there.
+        Names of the effects that are present.
     """
     evidence = dataclasses.replace(evidence, broken=frozenset())
     number = evidence.blocks.number

@@ -1,9 +1,9 @@
-"""Which effects are there: the posterior over sets of them.
+"""Posterior over sets of effects: which of them are present.
 
-Beforehand, as likely as not there is none; where there are some, one is likelier than two, and two
-than three (`NUMBER`), and all sets of as many are equally likely. The evidence of a set has its
-amplitudes integrated out (`Evidence.scale`), within their bounds. All sets are compared at one
-linearisation.
+A priori, it is as likely as not that there is no effect; one effect is more probable than two, two
+than three (`NUMBER`), and all sets of the same size are equally probable. The evidence of a set has
+its amplitudes integrated out (`Evidence.scale`), within their bounds. All sets are compared at the
+same linearisation.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.scatter import Scatter
 
 NUMBER = (0.5, 0.3, 0.15, 0.05)
-"""Probability, beforehand, that there are none, one, two, three effects."""
+"""Prior probabilities of no effect, of one, two and three effects."""
 
 SURE = 0.95
-"""Probability that is as good as certain."""
+"""Probability above which something counts as practically certain."""
 
 NEGLIGIBLE = 0.05
-"""Probability of an effect that need not be mentioned."""
+"""Probability up to which an effect, or a set of effects, is not worth mentioning."""
 
 ROUNDS = 4
-"""Most searches for the standard deviations of the best set."""
+"""Maximum number of estimates of the standard deviations of the best set."""
 
 SMALLEST = 1e-300
 
 Set = tuple[int, ...]
-"""Effects, counted from 0, ascending."""
+"""Indices of effects, counted from 0, in ascending order."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +47,15 @@ class Causes:
     Attributes
     ----------
     names
-        Of the suspects.
+        Names of the suspects.
     sets
-        All that are possible, the empty one first.
+        All possible sets, the empty one first.
     log_evidence
-        Of each, at the standard deviations at which it is largest, shape (s,).
+        Log-evidence of each set, at the standard deviations that maximise it, shape (s,).
     scatter
         The most probable standard deviations of the best set.
     nothing
-        Those without effects.
+        The most probable standard deviations without effects.
     """
 
     names: tuple[str, ...]
@@ -66,7 +66,7 @@ class Causes:
 
     @cached_property
     def probability(self) -> Array:
-        """Of each set, shape (s,)."""
+        """Posterior probability of each set, shape (s,)."""
         shares = np.exp(self._scores - self._scores.max())
         return np.asarray(shares / shares.sum())
 
@@ -81,21 +81,21 @@ class Causes:
         return float(self.probability[0])
 
     def inclusion(self) -> dict[str, float]:
-        """Return the probability of each effect."""
+        """Return the posterior probability that each effect is present."""
         return {name: self.any_of([name]) for name in self.names}
 
     def any_of(self, names: Iterable[str]) -> float:
-        """Return the probability that at least one of some effects is there."""
+        """Return the posterior probability that at least one of some effects is present."""
         wanted = {self.names.index(name) for name in names}
         there = np.array([not wanted.isdisjoint(chosen) for chosen in self.sets])
         return float(self.probability[there].sum())
 
     def gain(self, names: Sequence[str]) -> float:
-        """Return the logarithm of the evidence of a set over that without effects."""
+        """Return the log-evidence of a set minus that without effects."""
         return float(self.log_evidence[self.row(names)] - self.log_evidence[0])
 
     def score(self, names: Sequence[str]) -> float:
-        """Return the logarithm of evidence and prior of a set, but for a constant."""
+        """Return the log-evidence plus the log-prior of a set, up to a constant."""
         return float(self._scores[self.row(names)])
 
     def scored(self) -> Iterator[tuple[Set, float]]:
@@ -103,11 +103,11 @@ class Causes:
         return zip(self.sets, map(float, self._scores), strict=True)
 
     def row(self, names: Sequence[str]) -> int:
-        """Return the number of a set."""
+        """Return the index of a set in `sets`."""
         return self.sets.index(tuple(sorted(self.names.index(name) for name in names)))
 
     def certain(self) -> tuple[str, ...]:
-        """Return the effects that are there as good as certainly."""
+        """Return the effects, at most three, that are practically certain to be present."""
         inclusion = self.inclusion()
         sure = [name for name in self.names if inclusion[name] > SURE]
         return tuple(sure[: len(NUMBER) - 1])
@@ -117,16 +117,18 @@ class Causes:
         return self.log_evidence + log_priors(self.sets, len(self.names))
 
     def probable(self) -> dict[tuple[str, ...], float]:
-        """Return the sets that are worth a word with their probabilities, the largest first."""
+        """Return the sets worth mentioning with their probabilities, the most probable first."""
         order = np.argsort(-self.probability, kind="stable")
         worth = [int(row) for row in order if self.probability[row] > NEGLIGIBLE]
         sets = [tuple(self.names[index] for index in self.sets[row]) for row in worth]
         return dict(zip(sets, map(float, self.probability[worth]), strict=True))
 
     def groups(self) -> list[tuple[str, ...]]:
-        """Return groups of effects of each of which one is there as good as certainly.
+        """Return groups of effects, at least one effect of each practically certain to be present.
 
-        The most probable first. A group of one is a cause; of the others nobody can tell which.
+        The most probable group comes first. A group of one is a cause; which effects of a larger
+        group are present cannot be told. If there is no such group although some effect is
+        practically certain, all effects worth mentioning form one.
         """
         inclusion = self.inclusion()
         left = [name for name in inclusion if inclusion[name] > NEGLIGIBLE]
@@ -148,15 +150,16 @@ class Causes:
 def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()) -> Causes:
     """Compare all sets of effects.
 
-    Standard deviations are searched for without effects, with each one of them, as what makes
-    specimens differ is taken for scatter otherwise, and for the best set until that stays the same;
-    every set has those at which it is most probable. Amplitudes differ between specimens only in
-    sets that have the effect.
+    Standard deviations are estimated without effects; with each single effect, because differences
+    between specimens that an effect causes would otherwise be taken for scatter; and for the best
+    set until it stays the same. Every set is evaluated at those of these standard deviations at
+    which it is most probable. The amplitude of an effect differs between specimens only in sets
+    that contain the effect.
 
     Parameters
     ----------
     evidence
-        The curves.
+        Evidence of the curves.
     impossible
         Sets that are left out.
     """
@@ -179,26 +182,26 @@ def find_causes(evidence: Evidence, impossible: Collection[tuple[str, ...]] = ()
 
 
 def own_score(evidence: Evidence, names: Sequence[str], scatter: Scatter) -> float:
-    """Return the logarithm of evidence and prior of one set, but for a constant."""
+    """Return the log-evidence plus the log-prior of one set, up to a constant."""
     chosen = tuple(sorted(evidence.names.index(name) for name in names))
     prior = log_priors([chosen], len(evidence.names))
     return float((_log_evidence(evidence, scatter, [chosen]) + prior)[0])
 
 
 def all_sets(number: int) -> tuple[Set, ...]:
-    """Return all sets of at most three of some effects, the empty one first."""
+    """Return all sets of at most three effects, the empty one first."""
     sizes = range(min(len(NUMBER) - 1, number) + 1)
     return tuple(chosen for k in sizes for chosen in itertools.combinations(range(number), k))
 
 
 def log_priors(sets: Sequence[Set], number: int) -> Array:
-    """Return the logarithms of the sets' probabilities beforehand, but for a constant."""
+    """Return the logarithms of the sets' prior probabilities, up to a constant."""
     each = [math.log(share / math.comb(number, k)) for k, share in enumerate(NUMBER) if k <= number]
     return np.array([each[len(chosen)] for chosen in sets])
 
 
 def _log_evidence(evidence: Evidence, scatter: Scatter, sets: Sequence[Set]) -> Array:
-    """Return the logarithms of evidence and prior of the standard deviations, shape (s,)."""
+    """Return the log-evidence of sets plus the log-prior of the scatter, shape (s,)."""
     reduced = evidence.whiten(scatter).reduce()
     gains = log_evidence_gains(reduced, evidence.bounds, sets)[:, 0]
     needed = {evidence.names.index(name) for name in scatter.spread}
@@ -208,10 +211,10 @@ def _log_evidence(evidence: Evidence, scatter: Scatter, sets: Sequence[Set]) -> 
 
 
 def log_evidence_gains(reduced: Reduced, bounds: Array, sets: Sequence[Set]) -> Array:
-    """Return what each set gains in log-evidence over no effect, shape (s, B).
+    """Return the gain of each set in log-evidence over no effect, shape (s, B).
 
-    Bounds are taken into account by the marginal distributions of the amplitudes: prior and
-    posterior probability of being within.
+    Bounds are taken into account through the marginal distributions of the amplitudes, by the prior
+    and posterior probabilities of lying within them.
     """
     gains = np.zeros((len(sets), reduced.onto.shape[1]))
     by_size: dict[int, list[int]] = {}

@@ -1,4 +1,4 @@
-"""Curves of stalks that are changed, from those they had and simulations of a few."""
+"""Curves of changed stalks, from those before the change and simulations of a few."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ramiefenics.surrogate.coordinates import Path, numbers, with_numbers
 
 @dataclass(frozen=True)
 class Carried:
-    """Changes of specifications, those that are simulated, and what is carried over to the others.
+    """Changes of specifications: which are simulated, and how they are carried over to the others.
 
     Attributes
     ----------
     scaling
-        What all forces change by with all moduli, over the force, of every stalk.
+        Relative change of all forces of every stalk by a factor on all of its moduli.
     moved
-        Stalks of which more than the moduli is changed.
+        Indices of stalks that change by more than such a factor.
     standing
-        Which of the latter stands for which.
+        Which of these stalks stands for which.
     """
 
     scaling: Array
@@ -35,12 +35,12 @@ class Carried:
 
     @classmethod
     def of(cls, before: Sequence[BendingTest], after: Sequence[BendingTest]) -> Carried:
-        """Choose which are simulated.
+        """Choose which stalks are simulated.
 
         Parameters
         ----------
         before, after
-            Specifications, as they are and changed.
+            Specifications before and after the change.
         """
         places = [
             (Place.of(one), Place.of(other)) for one, other in zip(before, after, strict=True)
@@ -52,20 +52,20 @@ class Carried:
 
     @property
     def chosen(self) -> list[int]:
-        """Those that are simulated."""
+        """Indices of the stalks that are simulated."""
         return [self.moved[k] for k in self.standing.chosen]
 
     def changed(
         self, curves: Sequence[pd.DataFrame], simulated: Mapping[int, tuple[pd.DataFrame, ...]]
     ) -> list[pd.DataFrame]:
-        """Return curves as they are changed; derivatives change as the forces do.
+        """Return the changed curves; derivatives change in proportion to the forces.
 
         Parameters
         ----------
         curves
-            ``displacement_mm``, ``force_N``, and derivatives.
+            Curves before the change: ``displacement_mm``, ``force_N``, and derivatives.
         simulated
-            Of those that are chosen: curves as they are and changed.
+            Curves before and after the change of the stalks that are chosen, by index.
 
         Raises
         ------
@@ -93,14 +93,14 @@ def changed_curves(
     after: Sequence[BendingTest],
     simulated: Callable[[Sequence[BendingTest]], Sequence[pd.DataFrame]],
 ) -> list[pd.DataFrame]:
-    """Return what becomes of curves where specifications are changed, see `Carried`.
+    """Return the curves after a change of their specifications, see `Carried`.
 
     Parameters
     ----------
     curves, before, after
-        Curves, and their specifications, as they are and changed.
+        Curves before the change, and specifications before and after it.
     simulated
-        Returns the curves of some specifications.
+        Returns simulated curves of some specifications.
     """
     carried = Carried.of(before, after)
     answers = simulated([after[i] for i in carried.chosen]) if carried.chosen else ()
@@ -109,15 +109,15 @@ def changed_curves(
 
 
 def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> list[BendingTest]:
-    """Return specifications changed like others, as far as they differ among themselves.
+    """Return specifications changed only in the numbers by which they differ among themselves.
 
-    By the numbers in which specimens differ, as diameters, curves are learned: so far a change
-    needs few simulations, or none.
+    Curves are learned as functions of the numbers by which specimens differ, such as diameters, so
+    this part of a change needs few simulations, or none.
 
     Parameters
     ----------
     before, after
-        Specifications, as they are and changed.
+        Specifications before and after the whole change.
     """
     values: dict[tuple[Path, ...], list[Mapping[Path, float]]] = {}
     normal = [numbers(normalised(test)[0]) for test in before]
@@ -132,7 +132,7 @@ def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> li
 
 
 def _following(test: BendingTest, other: BendingTest, varied: Sequence[Path]) -> BendingTest:
-    """Return a specification with some numbers of another one, and with its moduli's size."""
+    """Return a specification with some numbers of another one, and its overall stiffness."""
     (here, _), (there, factor) = normalised(test), normalised(other)
     old, new = numbers(here), numbers(there)
     changed = {path: new[path] for path in varied if path in new and new[path] != old[path]}
@@ -140,7 +140,7 @@ def _following(test: BendingTest, other: BendingTest, varied: Sequence[Path]) ->
         return test
     try:
         return stiffer(with_numbers(here, changed), factor)
-    except SpecificationError:  # these numbers do not go without others
+    except SpecificationError:  # these numbers are not possible without others
         return test
 
 

@@ -1,20 +1,22 @@
-"""How probable measured curves are under a model: one Gaussian for all curves of all specimens.
+"""Probability of measured curves under a model: one Gaussian for all curves of all specimens.
 
-Residuals of the linearised model without factors and effects, over each curve's peak force, are
+The residuals of the linearised model without factors and effects, relative to the peak force of
+each curve, are
 
     r = sum_j (a_j + s_js) g_j + J (d + b_s) + D c + w + e
 
-with g_j the signature of effect j, a_j its amplitude and s_js what that differs by in specimen s; J
-the derivatives by the log factors, d their common values, b_s the specimen's own; D what the
-simulator may be wrong by, the same way in all curves (`nuisance`); w what is smooth and a curve's
-own; e its noise. Standard deviations are those of `Scatter`; d's is given; that of a_j is in
-proportion to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
-linear mixed model: Laird and Ware 1982). What specimens share binds them together: it is their
-number, not that of points, that counts. A specimen that is taken for broken has one more error, as
-large as curves are.
+Here g_j is the signature of effect j, a_j its amplitude, and s_js the deviation of specimen s from
+that amplitude; J contains the derivatives with respect to the log factors, d their common values,
+and b_s the deviations of specimen s; D contains the errors that the simulator may make in all
+curves alike (`nuisance`); w is a smooth error of the single curve, and e its noise. Standard
+deviations are those of `Scatter`, except for that of d, which is given, and that of a_j, which is
+proportional to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
+linear mixed model: Laird and Ware 1982). What specimens share makes their curves correlated, so
+that the number of specimens counts, not that of points. A specimen that is taken for broken has a
+further error of the order of the curves themselves.
 
-Noise differs between curves: that of each is in proportion to how rough its residual is, as far as
-so few points can tell.
+Noise differs between curves: that of each is proportional to the roughness of its residual, as far
+as so few points can tell.
 """
 
 from __future__ import annotations
@@ -32,35 +34,35 @@ from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.effects import Effect
 
 MODEL_ERROR = 0.003
-"""What the simulator may be wrong by, smoothly and the same way in all curves, over the peak force,
-apart from what its mesh makes."""
+"""Standard deviation of each smooth error that the simulator makes in all curves alike, relative to
+the peak force, apart from the error of its mesh."""
 
 WHITE = 0.05
-"""Part of the noise, over its sd, that is not correlated at all."""
+"""Standard deviation of the uncorrelated part of the noise, relative to that of the noise."""
 
 DRIFT_LENGTH = 0.2
-"""Over which a curve's own smooth error is correlated, as a share of the range."""
+"""Correlation length of a curve's own smooth error, as a share of the range."""
 
 BROKEN = 0.2
-"""Standard deviation, over the peak force, of the smooth error of a broken specimen."""
+"""Standard deviation of the smooth error of a broken specimen, relative to the peak force."""
 
 PRIOR = 1.5
-"""Standard deviation of an amplitude beforehand, over the typical one."""
+"""Prior standard deviation of an amplitude, relative to the typical amplitude."""
 
 ROUGHNESS_WEIGHT = 10.0
-"""Points of which the curves' common roughness is worth, where a curve tells its own."""
+"""Weight, in points, of the roughness common to all curves in the estimate of that of each."""
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """An effect, and what it changes.
+    """An effect and its signature.
 
     Attributes
     ----------
     effect
-        Which.
+        The effect.
     signature
-        Change of every curve over its peak, per unit of the amplitude, shape (r, m).
+        Change of every curve relative to its peak force, per unit of the amplitude, shape (r, m).
     """
 
     effect: Effect
@@ -69,27 +71,27 @@ class Suspect:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Likelihood of residuals; everything over each curve's peak force.
+    """Likelihood of residuals, all relative to the peak force of each curve.
 
     Attributes
     ----------
     residual
-        Measured minus predicted without factors and effects, shape (r, m).
+        Measured forces minus those predicted without factors and effects, shape (r, m).
     by_factors
-        J, shape (r, k, m).
+        Derivatives J with respect to the log factors, shape (r, k, m).
     nuisance
-        D for deviations of unit prior, shape (r, q, m).
+        Errors D of the simulator, for unit prior deviations, shape (r, q, m).
     factor_sd
-        Prior of a common log factor: how well the moduli are known.
+        Prior standard deviation of a common log factor: how well the moduli are known.
     blocks
-        Which curves are of the same specimen.
+        Which curves belong to the same specimen.
     suspects
-        Effects that there may be, by name.
+        Effects that may be present, by name.
     broken
-        Specimens that are taken for broken.
+        Indices of the specimens that are taken for broken.
     learned
-        How many of the last columns of `nuisance` are no errors of the simulator, but a function
-        that is learned inside the model.
+        Number of the last columns of `nuisance` that belong to a function learned inside the model
+        rather than to errors of the simulator.
     """
 
     residual: Array
@@ -103,33 +105,33 @@ class Evidence:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The suspects', in order."""
+        """Names of the suspects, in order."""
         return tuple(self.suspects)
 
     @cached_property
     def scale(self) -> Array:
-        """Standard deviations of their amplitudes beforehand, shape (p,)."""
+        """Prior standard deviations of the suspects' amplitudes, shape (p,)."""
         return PRIOR * np.array([abs(s.effect.typical) for s in self.suspects.values()])
 
     @cached_property
     def bounds(self) -> Array:
-        """Least and largest amplitudes over `scale`, shape (p, 2)."""
+        """Least and largest amplitudes relative to `scale`, shape (p, 2)."""
         limits = np.array([s.effect.bounds for s in self.suspects.values()]).reshape(-1, 2)
         return limits / self.scale[:, None]
 
     @cached_property
     def signatures(self) -> Array:
-        """Of the suspects, for amplitudes of `scale`, shape (r, p, m)."""
+        """Signatures of the suspects, for amplitudes of `scale`, shape (r, p, m)."""
         found = [s.signature for s in self.suspects.values()]
         stacked = np.array(found).reshape(-1, *self.residual.shape).transpose(1, 0, 2)
         return stacked * self.scale[:, None]
 
     @cached_property
     def roughness(self) -> Array:
-        """Noise of every curve over what is typical of all, shape (r,).
+        """Noise of every curve relative to what is typical of all, shape (r,).
 
-        Second differences show noise and little else; their median leaves out a step or a kink.
-        Those of few points are uncertain, so that their logarithm is drawn to the typical one.
+        Second differences show noise and little else; their median is insensitive to a step or a
+        kink. That of few points is uncertain, so its logarithm is shrunk towards the typical one.
         """
         rough = np.log(np.median(np.abs(np.diff(self.residual, 2, axis=1)), axis=1) + 1e-8)
         number = self.residual.shape[1]
@@ -138,21 +140,21 @@ class Evidence:
 
     @property
     def whole(self) -> list[int]:
-        """Specimens that are not taken for broken."""
+        """Indices of the specimens that are not taken for broken."""
         return [s for s in range(self.blocks.number) if s not in self.broken]
 
     @cached_property
     def distance(self) -> Array:
-        """Of points over the range, shape (m, m)."""
+        """Distances between points, as shares of the range, shape (m, m)."""
         where = np.arange(self.blocks.points) / self.blocks.points
         return np.abs(where[:, None] - where)
 
     def but_without(self, specimen: int) -> Evidence:
-        """Return the evidence without what a specimen says: it is taken for broken."""
+        """Return the evidence without that of a specimen, which is taken for broken."""
         return dataclasses.replace(self, broken=self.broken | {specimen})
 
     def blind_to(self, curves: NDArray[np.bool_]) -> Evidence:
-        """Return the evidence in which certain curves, shape (r,), tell nothing of anything."""
+        """Return the evidence in which certain curves, shape (r,), carry no information."""
         told = np.where(curves, 0.0, 1.0)[:, None]
         suspects = {
             name: dataclasses.replace(suspect, signature=told * suspect.signature)
@@ -166,7 +168,7 @@ class Evidence:
         )
 
     def with_nuisance(self, columns: Array) -> Evidence:
-        """Return the evidence with more nuisance, shape (r, q, m)."""
+        """Return the evidence with further columns of nuisance, shape (r, q, m)."""
         together = np.concatenate([self.nuisance, columns], axis=1)
         return dataclasses.replace(self, nuisance=together)
 
@@ -188,7 +190,10 @@ class Evidence:
         return whole
 
     def covariance_slopes(self, scatter: Scatter) -> Array:
-        """Return its derivatives by `Scatter.logarithms`, shape (number of these, n, b, b)."""
+        """Return the derivatives of `covariance` with respect to `Scatter.logarithms`.
+
+        Their shape is (number of logarithms, n, b, b).
+        """
         own = self._varying(scatter).transpose(2, 0, 1)
         columns = 2.0 * own[..., None] * own[:, :, None, :]
         squares = (scatter.noise * self.roughness[:, None, None]) ** 2
@@ -200,7 +205,7 @@ class Evidence:
         return np.concatenate([columns[:factors], stationary, columns[factors:]])
 
     def _varying(self, scatter: Scatter) -> Array:
-        """Return what a specimen's own factors and amplitudes make, for one sd, (n, b, c)."""
+        """Return the changes by one sd of specimens' own factors and amplitudes, (n, b, c)."""
         own = self._own * np.array(scatter.own)
         if not scatter.spread:
             return own
@@ -209,7 +214,7 @@ class Evidence:
         return np.concatenate([own, spread], axis=2)
 
     def _noise(self, length: float) -> Array:
-        """Return the covariance of the curves' noise over its typical variance, (r, m, m)."""
+        """Return the covariance of curves' noise relative to its typical variance, (r, m, m)."""
         kernel = np.exp(-self.distance / length) + WHITE**2 * np.eye(self.blocks.points)
         return np.asarray(self.roughness[:, None, None] ** 2 * kernel)
 
@@ -235,15 +240,15 @@ class Evidence:
         return self.blocks.stack(self.residual[:, None])
 
     def shared_columns(self, chosen: Sequence[int]) -> Array:
-        """Return what specimens share, for deviations of unit prior, shape (n, b, c).
+        """Return the columns that specimens share, for unit prior deviations, shape (n, b, c).
 
-        Factors, nuisance, and chosen effects, counted from 0.
+        They are those of the factors, the nuisance, and the chosen effects, counted from 0.
         """
         parts = (self.factor_sd * self._own, self._nuisance, self._effects[..., list(chosen)])
         return np.concatenate(parts, axis=2)
 
     def whiten(self, scatter: Scatter, data: Array | None = None) -> Whitened:
-        """Return all columns in a basis where what specimens do not share is white.
+        """Return all columns in a basis in which the errors that specimens do not share are white.
 
         Parameters
         ----------
@@ -261,7 +266,7 @@ class Evidence:
         return Whitened(white, number, len(self.names), volume)
 
     def draw(self, scatter: Scatter, number: int, rng: np.random.Generator) -> Array:
-        """Return random residuals without the effects' means, shape (n, b, number)."""
+        """Return random residuals without the effects' mean amplitudes, shape (n, b, number)."""
         root = np.linalg.cholesky(self.covariance(scatter))
         own = root @ rng.standard_normal((*self.data.shape[:2], number))
         columns = self.shared_columns([])
@@ -272,17 +277,17 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Whitened:
-    """Columns whose errors are white.
+    """Columns in a basis in which errors are white.
 
     Attributes
     ----------
     columns
-        What specimens share, for deviations of unit prior: factors, nuisance, effects; then data.
-        Shape (n, b, c).
+        Columns that specimens share, for unit prior deviations, in the order factors, nuisance,
+        effects; then those of the data. Shape (n, b, c).
     shared, effects
         Numbers of columns of factors and nuisance, and of effects.
     half_log_determinant
-        Of the covariance of what specimens do not share.
+        Half the logarithm of the determinant of the covariance of what specimens do not share.
     """
 
     columns: Array
@@ -304,12 +309,12 @@ class Whitened:
         return Reduced(products[:, :p], products[:, p:], -0.5 * left - volume)
 
     def deviations(self, chosen: Sequence[int]) -> tuple[Array, Array]:
-        """Return mean and covariance of factors, nuisance and chosen effects, given the data.
+        """Return the mean and covariance of factors, nuisance and chosen effects given the data.
 
         Parameters
         ----------
         chosen
-            Effects, counted from 0.
+            Indices of the effects, counted from 0.
         """
         columns = self._chosen(chosen)
         gram = np.einsum("nbi,nbj->ij", columns, columns)
@@ -318,7 +323,7 @@ class Whitened:
         return covariance @ onto, covariance
 
     def left_out(self, chosen: Sequence[int]) -> Array:
-        """Return the mean of the same given all specimens but one, shape (n, c)."""
+        """Return the mean of the same with each specimen left out in turn, shape (n, c)."""
         columns = self._chosen(chosen)
         grams = np.einsum("nbi,nbj->nij", columns, columns)
         onto = np.einsum("nbi,nb->ni", columns, self.columns[..., -1])
@@ -332,16 +337,16 @@ class Whitened:
 
 @dataclass(frozen=True)
 class Reduced:
-    """What the data say of the effects' amplitudes, over `Evidence.scale`.
+    """Information in the data on the effects' amplitudes, relative to `Evidence.scale`.
 
     Attributes
     ----------
     gram
-        Precision of the amplitudes by the data alone, shape (p, p).
+        Precision of the amplitudes from the data alone, shape (p, p).
     onto
         Products of the signatures with the data, shape (p, B).
     log_evidence
-        Of the data without effects, shape (B,).
+        Log-evidence of the data without effects, shape (B,).
     """
 
     gram: Array
@@ -349,7 +354,7 @@ class Reduced:
     log_evidence: Array
 
     def amplitudes(self, chosen: Sequence[int], prior: float = 1.0) -> tuple[Array, Array]:
-        """Return mean and covariance of chosen amplitudes, of given prior precision."""
+        """Return the mean and covariance of chosen amplitudes, for a given prior precision."""
         which = list(chosen)
         covariance = np.linalg.inv(prior * np.eye(len(which)) + self.gram[np.ix_(which, which)])
         return covariance @ self.onto[which, 0], covariance

@@ -1,4 +1,4 @@
-"""What is fitted before anything is suspected: common factors on numbers of the specification."""
+"""Factors on numbers of the specification, which are fitted before any effect is suspected."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class Factor:
     Attributes
     ----------
     name
-        As in ``[fit]``.
+        Name, as in ``fit`` of `dataset.toml`.
     keys
-        Their dotted keys.
+        Dotted keys of these numbers.
     """
 
     name: str
     keys: tuple[str, ...]
 
     TYPICAL: ClassVar[float] = 0.1
-    """A change of its logarithm that matters."""
+    """A change of the logarithm that matters."""
 
     def apply(self, test: BendingTest, log_factor: float) -> BendingTest:
         """Return the specification with these numbers times ``exp(log_factor)``."""
@@ -41,14 +41,14 @@ class Factor:
 
 
 def factors(test: BendingTest, names: Sequence[str] = ()) -> tuple[Factor, ...]:
-    """Return the factors of those names; by default axial and transverse ones of every layer.
+    """Return the factors of the given names; by default axial and transverse for every layer.
 
     Parameters
     ----------
     test
-        A specification that has all that is named.
+        A specification that contains all that is named.
     names
-        Each ``layer.axial``, ``layer.transverse`` or a dotted key of the specification.
+        Each is ``layer.axial``, ``layer.transverse`` or a dotted key of the specification.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a discovery shows: residuals, suspects, predictions of specimens left out."""
+"""Figures of a discovery: residuals, suspects, and predictions of left-out specimens."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from ramiefenics.results.style import (
 from ramiefenics.specification import SpecificationError
 
 MOST_CURVES = 12
-"""Drawn one by one; there may be more."""
+"""Maximum number of curves drawn one by one."""
 
 MOST_SUSPECTS = 15
-"""Drawn, the most probable first."""
+"""Maximum number of suspects drawn, the most probable first."""
 
 TITLE_WIDTH = 45
-"""Characters of a line above a panel."""
+"""Maximum number of characters of a line above a panel."""
 
 
 def residual_figure(found: Discovery) -> Figure:
-    """Draw what the baseline leaves, and what the extended model leaves, if there is one."""
+    """Draw the residuals of the baseline, and those of the extended model if there is one."""
     models = [("baseline", found.baseline.fit)]
     if found.extended is not None and found.extended.fit.chosen:
         names = " and ".join(name.replace("_", " ") for name in found.extended.fit.chosen)
@@ -59,7 +59,7 @@ def residual_figure(found: Discovery) -> Figure:
 
 
 def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> None:
-    at, mean = at_mm.mean(axis=0), residuals.mean(axis=0)  # at the same share of the range
+    at, mean = at_mm.mean(axis=0), residuals.mean(axis=0)  # at equal shares of the range
     band = 2.0 * residuals.std(axis=0, ddof=1) / len(residuals) ** 0.5
     axes.plot(at_mm.T, residuals.T, color=GREY, lw=0.5, alpha=0.6)
     axes.fill_between(
@@ -73,7 +73,7 @@ def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> 
 
 
 def suspects_figure(found: Discovery) -> Figure:
-    """Draw how probable every suspect is, and how much of it would not show."""
+    """Draw how probable every suspect is, and how large it may be without being noticed."""
     probable = found.posterior.inclusion()
     names = sorted(found.limits, key=lambda n: (probable[n], found.limits[n].share))
     names = names[-MOST_SUSPECTS:]
@@ -95,7 +95,7 @@ def suspects_figure(found: Discovery) -> Figure:
 
 
 def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:
-    """Draw what is missing beside the baseline's own function, and beside those of effects."""
+    """Draw the function learned, beside the baseline's own and those of shipped effects."""
     place, (mean, low, high) = anatomy.place, anatomy.function
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.6, 4.0), layout="constrained")
@@ -116,7 +116,7 @@ def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:
 
 
 def _shipped(anatomy: Anatomy) -> Iterator[tuple[str, Array]]:
-    """Yield what shipped effects of typical size make of the function, where they change it."""
+    """Yield the functions with shipped effects of typical size that change them."""
     for effect in EFFECTS.values():
         try:
             test = effect.apply(anatomy.test, effect.typical)
@@ -129,7 +129,7 @@ def _shipped(anatomy: Anatomy) -> Iterator[tuple[str, Array]]:
 
 
 def left_out_figure(found: Discovery) -> Figure:
-    """Draw measured curves over predictions made without them."""
+    """Draw measured curves and the predictions made without them."""
     at, measured = found.observed.at_mm, found.observed.force_N
     peaks = found.observed.peak_N[:, None]
     before = measured - peaks * found.baseline.fit.left_out()

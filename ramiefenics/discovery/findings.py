@@ -1,4 +1,4 @@
-"""What a discovery found, in words: the verdict, and what to know before believing it."""
+"""Findings of a discovery in words: the verdict, and what to know before believing it."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ if TYPE_CHECKING:
     from ramiefenics.discovery.outcome import Discovery
 
 FAR = 2.0
-"""Standard deviations by which fitted factors may leave what was known of them without a word."""
+"""Number of standard deviations up to which fitted factors may depart from what was known of them
+without being mentioned."""
 
 VISIBLE = 0.02
-"""Share of the peak force from which on what could hide is worth a word."""
+"""Share of the peak force above which an effect that could go unnoticed is mentioned."""
 
 MOST = 4
-"""Suspects that are listed in a sentence."""
+"""Maximum number of suspects listed in a sentence."""
 
 UNUSUAL = 3.0
-"""Amplitude over the typical one, which is its standard deviation beforehand, that is doubted."""
+"""Amplitude relative to the typical one above which it is doubted."""
 
 
 def findings(found: Discovery) -> list[str]:
-    """Return sentences, the verdict's first."""
+    """Return the findings as sentences, that of the verdict first."""
     return [
         _verdict(found),
         *_next(found),
@@ -73,7 +74,7 @@ def _verdict(found: Discovery) -> str:
 
 
 def _p_value(found: Discovery) -> str:
-    """Return how probable it is that there is nothing."""
+    """Return the p-value in words, and the probability of no effect if that was decisive."""
     p = f"p = {found.p_value:.2g}"
     if found.extended is None or found.p_value < SIGNIFICANCE:
         return p
@@ -132,7 +133,7 @@ def _named(found: Discovery, p: str) -> str:
 
 
 def _sets(found: Discovery) -> list[str]:
-    """Return which effects come together, where a group does not say it."""
+    """Return which effects occur together, where the groups do not say so."""
     sets = found.posterior.probable()
     if max(map(len, sets), default=0) < 2:
         return []
@@ -162,7 +163,7 @@ def _size(found: Discovery, name: str) -> str:
 
 
 def with_space(unit: str) -> str:
-    """Return a unit as it follows a number."""
+    """Return a unit with the space before it; nothing for a pure number."""
     return "" if unit == "1" else f" {unit}"
 
 
@@ -176,7 +177,7 @@ def _listed(parts: Sequence[str]) -> str:
 
 
 def _unshown(curves: Gain, shapes: Gain) -> str:
-    """Return what follows where predictions of curves left out are not shown to be better."""
+    """Return a clause for predictions of left-out curves that are not shown to be better."""
     if curves.shown:
         return ""
     only = "; only that of their shapes is" if shapes.shown else ""
@@ -205,7 +206,7 @@ def _broken(found: Discovery) -> list[str]:
 
 
 def _factors(found: Discovery) -> list[str]:
-    """Return where the fitted factors went; unless nothing was found, only if that is far."""
+    """Return the fitted factors far from what was known; all of them if nothing was found."""
     moves = found.factor_moves
     far = [name for name, move in moves.items() if abs(move) > FAR]
     told = []
@@ -222,7 +223,7 @@ def _factors(found: Discovery) -> list[str]:
 
 
 def _hidden(found: Discovery) -> list[str]:
-    """Return what could be there and not show, the largest changes of the curves first."""
+    """Return the effects that could be present unnoticed, the largest changes of curves first."""
     limits = {
         name: limit
         for name, limit in found.limits.items()
@@ -238,7 +239,7 @@ def _hidden(found: Discovery) -> list[str]:
 
 
 def _untried(found: Discovery) -> list[str]:
-    """Return what could not be tried, which nobody may take for acquitted."""
+    """Return the suspects that could not be tried, which must not be taken for ruled out."""
     names = [
         name
         for name, reason in found.reasons.items()

@@ -1,4 +1,4 @@
-"""What the data say of factors and amplitudes where certain effects are there."""
+"""Estimates of factors and amplitudes, given the effects that are present."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from ramiefenics.discovery.fit_scatter import UNKNOWN
 from ramiefenics.discovery.scatter import Scatter
 
 SAMPLES = 20000
-"""Of amplitudes, to find intervals within bounds."""
+"""Number of random amplitudes drawn to find intervals within bounds."""
 
 LEVEL = 0.95
-"""Of intervals."""
+"""Probability content of intervals."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A set of effects, fitted.
+    """A fitted set of effects.
 
     Attributes
     ----------
     evidence
-        Of the curves.
+        Evidence of the curves.
     chosen
-        Names of the effects.
+        Names of the effects in the set.
     scatter
-        Standard deviations.
+        Standard deviations of specimens and curves.
     """
 
     evidence: Evidence
@@ -55,8 +55,8 @@ class Fit:
     def samples(self) -> Array:
         """Random amplitudes given the data, within their bounds, shape (s, chosen).
 
-        Student's distribution, with one degree of freedom less than there are specimens: they are
-        what the standard deviations are estimated from.
+        They follow Student's distribution with one degree of freedom fewer than there are
+        specimens, because the standard deviations are estimated from the specimens.
         """
         number, scale = len(self.chosen), self.evidence.scale[self._which]
         mean, covariance = (part[-number:] for part in self._deviations)
@@ -67,13 +67,13 @@ class Fit:
         drawn = mean + wider[:, None] * (rng.standard_normal((SAMPLES, number)) @ root.T)
         low, high = self.evidence.bounds[self._which].T
         inside = ((drawn >= low) & (drawn <= high)).all(axis=1)
-        if inside.sum() < SAMPLES / 1000:  # the data ask for what is beyond the bounds
+        if inside.sum() < SAMPLES / 1000:  # the data call for amplitudes beyond the bounds
             return np.clip(mean, low, high)[None] * scale
         return np.asarray(drawn[inside] * scale)
 
     @property
     def amplitudes(self) -> dict[str, float]:
-        """The expected ones."""
+        """Expected amplitudes, by effect."""
         if not self.chosen:
             return {}
         return dict(zip(self.chosen, map(float, self.samples.mean(axis=0)), strict=True))
@@ -90,7 +90,7 @@ class Fit:
 
     @cached_property
     def common_log_factors(self) -> Array:
-        """Log factors that specimens share, shape (k,)."""
+        """Log factors common to all specimens, shape (k,)."""
         return self.evidence.factor_sd * self._deviations[0][: self._factors]
 
     @cached_property
@@ -100,22 +100,22 @@ class Fit:
 
     @property
     def mean_log_factors(self) -> Array:
-        """Their mean over the specimens that are not broken, shape (k,)."""
+        """Mean of the log factors over the specimens that are not broken, shape (k,)."""
         return np.asarray(self.log_factors[self.evidence.whole].mean(axis=0))
 
     def _columns(self) -> Array:
-        """Return what specimens share, for deviations of unit prior, shape (r, c, m)."""
+        """Return the columns that specimens share, for unit prior deviations, shape (r, c, m)."""
         evidence = self.evidence
         parts = (evidence.factor_sd * evidence.by_factors, evidence.nuisance)
         return np.concatenate([*parts, evidence.signatures[:, self._which]], axis=1)
 
     def _without_shared(self) -> Array:
-        """Return the residual less all that specimens share, shape (r, m)."""
+        """Return the residual minus all that specimens share, shape (r, m)."""
         shared = np.einsum("rcm,c->rm", self._columns(), self._deviations[0])
         return np.asarray(self.evidence.residual - shared)
 
     def _own_log_factors(self, errors: Array) -> Array:
-        """Return the expected own log factors, shape (n, k), given errors, shape (r, m)."""
+        """Return specimens' expected own log factors, shape (n, k), given errors, shape (r, m)."""
         blocks = self.evidence.blocks
         own = blocks.stack(self.evidence.by_factors)
         covariance = self.evidence.covariance(self.scatter)
@@ -124,14 +124,15 @@ class Fit:
         return np.asarray(squares * np.einsum("nbk,nbc->nk", own, weights))
 
     def _by_own(self, log_factors: Array) -> Array:
-        """Return what specimens' log factors, shape (n, k), make of their curves, (r, m)."""
+        """Return the change of curves, (r, m), by specimens' own log factors, shape (n, k)."""
         each = log_factors[self.evidence.blocks.specimen]
         return np.asarray(np.einsum("rkm,rk->rm", self.evidence.by_factors, each))
 
     def remaining(self) -> tuple[Array, Array]:
-        """Return what factors, every specimen's own ones, and effects leave, shape (r, m).
+        """Return the residual of the fit, and the part of it attributed to the simulator.
 
-        Also what of that is put down to the simulator.
+        Both have shape (r, m). The fit includes common factors, every specimen's own factors, and
+        effects.
         """
         k, number = self._factors, len(self.chosen)
         expected = self._deviations[0]
@@ -142,28 +143,28 @@ class Fit:
 
     @cached_property
     def _simulation(self) -> Fit:
-        """The same, of predictions: a simulation does not correct its own errors."""
+        """The fit for plain predictions: a simulation does not correct its own errors."""
         return dataclasses.replace(self, evidence=self.evidence.of_simulation())
 
     def left_out(self) -> Array:
-        """Return what a simulation fitted to all other specimens leaves of each, shape (r, m)."""
+        """Return the residual of each curve for a fit to all other specimens, shape (r, m)."""
         fit = self._simulation
         expected = fit.evidence.whiten(fit.scatter).left_out(fit._which)
         each = expected[fit.evidence.blocks.specimen]
         return fit.evidence.residual - np.einsum("rcm,rc->rm", fit._columns(), each)
 
     def left_out_shape(self) -> Array:
-        """Return the same where each specimen's own factors are fitted to its own curves."""
+        """Return the same with each specimen's own factors fitted to its own curves."""
         errors = self.left_out()
         return errors - self._by_own(self._own_log_factors(errors))
 
     def left_out_condition(self, condition: Integers) -> Array:
-        """Return what a simulation fitted under all other conditions leaves of each, shape (r, m).
+        """Return the residual of each curve for a fit under all other conditions, shape (r, m).
 
         Parameters
         ----------
         condition
-            Of each curve, shape (r,).
+            Condition of each curve, shape (r,).
         """
         fit, left = self._simulation, np.empty_like(self.evidence.residual)
         for one in np.unique(condition):
@@ -175,10 +176,10 @@ class Fit:
         return left
 
     def conflict(self) -> float:
-        """Return the probability of common log factors as far from what was known of them.
+        """Return the probability of common log factors at least as far from their prior as these.
 
-        They are estimated as if nothing were known of them; their distance has a chi-square
-        distribution (Evans and Moshonov 2006, section 4).
+        They are estimated as if nothing were known of them; their squared distance from the prior
+        has a chi-square distribution (Evans and Moshonov 2006, section 4).
         """
         blind = dataclasses.replace(self.evidence, factor_sd=10.0 * UNKNOWN)
         mean, covariance = blind.whiten(self.scatter).deviations(self._which)

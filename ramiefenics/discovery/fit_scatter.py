@@ -1,4 +1,4 @@
-"""The standard deviations that make the data most probable."""
+"""Estimation of the most probable standard deviations."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.scatter import Scatter
 
 UNKNOWN = 1.0
-"""Standard deviation of a log factor of which next to nothing is known."""
+"""Standard deviation of a log factor about which next to nothing is known."""
 
 WIDEST = 4.0
-"""Standard deviations by which logarithms may leave what is known beforehand."""
+"""Largest difference of the logarithm of a standard deviation from its prior median."""
 
 
 def fit_scatter(
     evidence: Evidence, effects: Sequence[str] = (), start: Scatter | None = None
 ) -> Scatter:
-    """Return the most probable standard deviations where there are certain effects.
+    """Return the most probable standard deviations if certain effects are present.
 
     The common factors count as unknown (restricted maximum likelihood: Patterson and Thompson
-    1971): else, where they contradict what was known of them, the specimens' own factors would
-    take up the rest, as if they differed by more than they do.
+    1971). Otherwise, where they contradict what was known of them, the specimens' own factors would
+    take up the difference, as if specimens differed by more than they do.
     """
     suspects = evidence.suspects
     differ = tuple(name for name in effects if suspects[name].effect.per_specimen)
@@ -54,14 +54,14 @@ def fit_scatter(
 
 
 def without_knowledge(evidence: Evidence) -> Evidence:
-    """Return the evidence where next to nothing is known of the common factors."""
+    """Return the evidence with next to nothing known of the common factors."""
     return dataclasses.replace(evidence, factor_sd=max(evidence.factor_sd, UNKNOWN))
 
 
 def log_evidence(evidence: Evidence, effects: Sequence[str], scatter: Scatter) -> float:
-    """Return the logarithm of the evidence of certain effects, and of `Scatter.log_prior`.
+    """Return the log-evidence of certain effects, plus `Scatter.log_prior`.
 
-    Bounds of amplitudes do not count.
+    Bounds of amplitudes are disregarded.
     """
     return log_evidence_slope(evidence, effects, scatter)[0]
 
@@ -69,10 +69,10 @@ def log_evidence(evidence: Evidence, effects: Sequence[str], scatter: Scatter) -
 def log_evidence_slope(
     evidence: Evidence, effects: Sequence[str], scatter: Scatter
 ) -> tuple[float, Array]:
-    """Return the same with its derivatives by `Scatter.logarithms`.
+    """Return the same, and its derivatives with respect to `Scatter.logarithms`.
 
-    Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, Eq. 5.9, where only the
-    covariance of what specimens do not share changes.
+    They follow Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, Eq. 5.9; only
+    the covariance of what specimens do not share depends on the logarithms.
     """
     columns = evidence.shared_columns([evidence.names.index(name) for name in effects])
     covariance = evidence.covariance(scatter)

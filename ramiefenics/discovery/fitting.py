@@ -1,4 +1,4 @@
-"""Fitting of factors and of effects with them, by repeated linearisation."""
+"""Fitting of factors, alone and together with effects, by repeated linearisation."""
 
 from __future__ import annotations
 
@@ -27,21 +27,22 @@ from ramiefenics.specification import SpecificationError
 log = logging.getLogger(__name__)
 
 ROUNDS = 5
-"""Most linearisations of a fit."""
+"""Maximum number of linearisations of a fit."""
 
 STEADY, STEADY_ERRORS = 0.1, 0.5
-"""Changes of log factors, and of an amplitude over its standard deviation, that need no further
-linearisation."""
+"""Changes of log factors, and of an amplitude relative to its standard deviation, below which no
+further linearisation is needed."""
 
 FARTHEST = 0.5
-"""Largest change of a log factor in a round: beyond it derivatives tell little. That of an
-amplitude is the typical one, at which suspects are tried."""
+"""Largest change of a log factor in a round, beyond which derivatives tell little. The largest
+change of an amplitude is the typical amplitude, at which suspects are tried."""
 
 REFITS, CLOSE_FIT = 8, 0.01
-"""Most fits without simulations between, and the change of log factors that needs no more."""
+"""Maximum number of fits without simulations in between, and the change of log factors below which
+no further fit is needed."""
 
 SHORTEST = 0.1
-"""Share of a move that is tried last where simulations do not reach the end."""
+"""Smallest share of a move that is tried where simulations do not reach the end."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Fitted:
     curves
         Its predictions, linearised near where it was fitted.
     fit
-        Of the linearised model.
+        Fit of the linearised model.
     """
 
     curves: Linearised
@@ -61,11 +62,11 @@ class Fitted:
 
     @property
     def steady(self) -> bool:
-        """Whether the curves are linearised near enough to what was fitted."""
+        """Whether the curves are linearised near enough to the fitted parameters."""
         model, fit = self.curves.model, self.fit
         whole = fit.evidence.whole
         moves = np.abs(fit.log_factors - model.log_factors)[whole].max()
-        near = all(  # at a bound there is no deviation
+        near = all(  # at a bound the standard deviation may be zero
             abs(amplitude - model.amplitude(name)) <= STEADY_ERRORS * fit.sd(name)
             for name, amplitude in fit.amplitudes.items()
         )
@@ -81,12 +82,12 @@ class Fitter:
     dataset, observed
         The measured curves.
     predictor
-        Predicts them.
+        Predicts the curves.
     """
 
     def __init__(self, dataset: Dataset, observed: Observed, predictor: Predicting) -> None:
         self._dataset, self._observed, self._predictor = dataset, observed, predictor
-        self._smooth = True  # no stalk jumps
+        self._smooth = True  # until some stalk is found to jump
 
     def baseline(self) -> Fitted:
         """Fit the factors of every specimen."""
@@ -117,18 +118,19 @@ class Fitter:
     ) -> Fit:
         """Fit a set of effects, see `Linearised.at`.
 
-        Each fit begins where the one before ended, or halfway: whole steps may go to and fro.
+        Each fit begins where the one before ended, or halfway there, because whole steps may
+        oscillate.
 
         Parameters
         ----------
         curves
-            Near where they fit.
+            Curves linearised near where the set fits.
         effects
-            Suspects.
+            The suspects.
         chosen
-            Those that are there.
+            Names of those that are present.
         broken
-            Specimens that do not count; by default they are found.
+            Indices of specimens taken for broken; by default these are found.
         """
         specimen = self._observed.blocks.specimen
         there, scatter = curves, None
@@ -151,11 +153,11 @@ class Fitter:
         return fit
 
     def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
-        """Find what every effect changes at its typical amplitude."""
+        """Find the signature of every effect, at its typical amplitude, at the baseline."""
         return self._predictor.linearise(baseline.curves.model, effects, self._smooth)
 
     def without_simulations(self, effects: Mapping[str, Effect]) -> list[str]:
-        """Return those of some effects that need no simulations, as errors of the machine."""
+        """Return the effects that need no simulations, such as errors of the machine."""
         tests = [record.test for record in self._dataset.records]
         return [
             name
@@ -172,14 +174,14 @@ class Fitter:
         start: tuple[str, ...] = (),
         impossible: Collection[tuple[str, ...]] = (),
     ) -> tuple[Evidence, Causes]:
-        """Compare all sets of effects, without specimens that are broken if the best is right.
+        """Compare all sets of effects, without specimens that are broken if the best set is right.
 
         Parameters
         ----------
         curves, effects
-            With signatures of these.
+            Linearised curves, and the suspects whose signatures they include.
         start
-            A set that is probable.
+            A probable set, with which broken specimens are sought first.
         impossible
             Sets that are not compared.
         """
@@ -191,7 +193,7 @@ class Fitter:
         return again, find_causes(again, impossible)
 
     def move(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Linearised:
-        """Simulate near where a set of effects fits, with their signatures there.
+        """Simulate near where a set of effects fits, and find the signatures there.
 
         Raises
         ------
@@ -202,15 +204,15 @@ class Fitter:
         return self._move(fitted.curves.model, fitted.fit, added, effects)
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
-        """Return a fit without effects in which certain specimens are taken for broken."""
+        """Return a fit repeated without effects, with certain specimens taken for broken."""
         return dataclasses.replace(fitted, fit=self.fit(fitted.curves, {}, (), broken))
 
     def confirm(self, curves: Linearised, tolerance: float) -> Linearised:
-        """Return the same with the forces of every curve simulated, see `Predictor.confirm`."""
+        """Return the same curves with all forces simulated, see `Predictor.confirm`."""
         return self._predictor.confirm(curves, tolerance)
 
     def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
-        """Fit again near the same parameters, with every curve simulated."""
+        """Fit again at the same parameters, with every curve simulated."""
         curves, fit = self._predictor.confirm(fitted.curves), fitted.fit
         return Fitted(curves, self.fit(curves, effects, fit.chosen, fit.evidence.broken))
 
@@ -225,9 +227,9 @@ class Fitter:
         added: Mapping[str, tuple[Effect, float]],
         suspects: Mapping[str, Effect],
     ) -> Linearised:
-        """Go to fitted parameters, or as far as simulations reach the end without a new jump.
+        """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
-        What is near enough stays where it has been simulated.
+        Parameters that are near enough stay where they have been simulated.
         """
         here = model.log_factors
         step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
@@ -258,8 +260,8 @@ def linear_evidence(
 ) -> Evidence:
     """Return the evidence of a linearised model.
 
-    Its residuals are those of the model with no factors and no effect, by the derivatives: so
-    priors stay where they were, wherever the model is linearised.
+    Its residuals are extrapolated by the derivatives to the model without factors and effects, so
+    that priors stay the same wherever the model is linearised.
     """
     model, blocks, peak = curves.model, observed.blocks, observed.peak_N[:, None]
     by_factors = curves.by_factors / peak[..., None]

@@ -1,4 +1,4 @@
-"""How much better curves are predicted that a fit has not seen."""
+"""Improvement in the prediction of curves that a fit has not seen."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.observed import Observed
 
 DRAWS = 2000
-"""Random choices of specimens."""
+"""Number of bootstrap samples of the specimens."""
 
 
 @dataclass(frozen=True)
 class Gain:
-    """How much better curves are predicted that the fit has not seen.
+    """Improvement in the prediction of curves that the fit has not seen.
 
     Attributes
     ----------
     before_N, after_N, plain_N
         Errors of the predicted curves without and with the effects, and of the mean curve of the
-        other specimens if that predicts them too, shape (r, m).
+        other specimens as a predictor, shape (r, m); the last is None where it does not apply.
     interval
-        Of `ratio`, 95 %, by paired bootstrap: specimens are drawn, not points.
+        95 % interval of `ratio` by a paired bootstrap, in which specimens are drawn, not points.
     """
 
     before_N: Array
@@ -60,7 +60,7 @@ class Gain:
         return self.interval[1] < 1.0
 
     def numbers(self) -> dict[str, Any]:
-        """Return what a summary has of it."""
+        """Return the values for a summary."""
         return {
             "rmse_before": self.rmse_before_N,
             "rmse_after": self.rmse_after_N,
@@ -78,16 +78,16 @@ def measure_gain(
     specimen: Integers,
     rng: np.random.Generator,
 ) -> Gain:
-    """Return the gain.
+    """Return the gain, given the errors of predictions.
 
     Parameters
     ----------
     before_N, after_N, plain_N
-        Errors of left-out predictions, shape (r, m).
+        Errors of predicted left-out curves, as in `Gain`, shape (r, m).
     specimen
-        Of each curve, shape (r,).
+        Index of the specimen of each curve, shape (r,).
     rng
-        Random numbers.
+        Random number generator.
     """
     names, of = np.unique(specimen, return_inverse=True)
     before, after = (np.bincount(of, (errors**2).mean(axis=1)) for errors in (before_N, after_N))
@@ -100,16 +100,16 @@ def measure_gain(
 def gains(
     observed: Observed, before: Fit, after: Fit, rng: np.random.Generator
 ) -> tuple[Gain, Gain]:
-    """Return the gains of curves and of their shapes, of specimens left out that are not broken.
+    """Return the gains for curves and for their shapes, of left-out specimens not broken.
 
     Parameters
     ----------
     observed
         Measured curves.
     before, after
-        Without effects, and with them.
+        Fits without effects and with them.
     rng
-        Random numbers.
+        Random number generator.
     """
     blocks, peaks = observed.blocks, observed.peak_N[:, None]
     whole = np.isin(blocks.specimen, after.evidence.whole)
@@ -132,14 +132,14 @@ def condition_gain(
     after: Fit,
     rng: np.random.Generator,
 ) -> Gain | None:
-    """Return the gain under conditions left out; None unless specimens were tested under several.
+    """Return the gain under left-out conditions; None unless specimens were tested under several.
 
     Parameters
     ----------
     observed, before, after, rng
         As for `gains`.
     conditions
-        Of every curve.
+        Condition of every curve.
     """
     names, blocks = list(dict.fromkeys(conditions)), observed.blocks
     if len(names) < 2 or blocks.most < 2:
@@ -154,14 +154,14 @@ def condition_gain(
 
 
 def plain_errors(observed: Observed, scaled: bool) -> Array:
-    """Return what the mean curve of all other specimens misses, N, shape (r, m).
+    """Return the errors of the mean curve of all other specimens as a predictor, N, shape (r, m).
 
     Parameters
     ----------
     observed
-        Measured curves; a specimen's first is compared with the first of others, and so on.
+        Measured curves; the first of a specimen is compared with the first of others, and so on.
     scaled
-        Whether the mean curve is fitted to each by a factor.
+        Whether the mean curve is first fitted to each curve by a factor.
     """
     blocks, errors = observed.blocks, np.empty_like(observed.force_N)
     for row, (at, force) in enumerate(zip(observed.at_mm, observed.force_N, strict=True)):

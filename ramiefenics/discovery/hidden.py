@@ -1,4 +1,4 @@
-"""What could be there and not show: how large every suspect may be, and what imitates it."""
+"""Effects that may go unnoticed: how large every suspect may be, and what imitates it."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import Fit
 
 FLAT = 1e-2
-"""Precision of the amplitude beforehand, over that of `Evidence.scale`: next to
-nothing is known of it."""
+"""Prior precision of the amplitude, relative to that by `Evidence.scale`: next to nothing is known
+of it."""
 
 SIGNATURE_ERROR = 0.05
-"""Of a signature, relative: what it differs by at other amplitudes, on other meshes, and where it
-is learned."""
+"""Relative error of a signature, because it differs at other amplitudes and on other meshes, and
+may be learned."""
 
 WAVES = 3
-"""Cosines that such errors are made of."""
+"""Number of cosines that make up such an error."""
 
 QUANTILE = 1.96
-"""Of the normal distribution, for 95 %."""
+"""Quantile of the normal distribution for intervals of 95 %."""
 
 IMITATES = 0.3
-"""Correlation from which on something is said to imitate an effect."""
+"""Correlation above which something is said to imitate an effect."""
 
 SIMULATOR = "mesh and simulator"
 
@@ -39,12 +39,13 @@ class Limit:
     Attributes
     ----------
     low, high
-        Amplitudes that the data do not exclude, 95 %.
+        Ends of the range of amplitudes that the data do not exclude, 95 %.
     share
-        Largest change of the curves by one of these, root mean square over the curves, over the
-        peak force.
+        Largest change of the curves by one of these amplitudes, as a root mean square over the
+        curves, relative to the peak force.
     imitated_by
-        Names of factors and other effects that take the place of it, the most important first.
+        Names of factors, of other effects, or of mesh and simulator that can take its place, the
+        most important first.
     """
 
     low: float
@@ -54,12 +55,12 @@ class Limit:
 
 
 def limits(fit: Fit, factors: Sequence[str]) -> dict[str, Limit]:
-    """Return how large each suspect may be, beside the effects that are fitted.
+    """Return how large each suspect may be, in addition to the effects that are fitted.
 
     Parameters
     ----------
     fit
-        Of all effects that are there.
+        Fit of all effects that are present.
     factors
         Names of the fitted factors.
     """
@@ -71,7 +72,7 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
     others = [other for other in fit.chosen if other != name]
     chosen = [evidence.names.index(other) for other in [*others, name]]
     expected, covariance = evidence.whiten(fit.scatter).deviations(chosen)
-    # the prior of the amplitude is taken out of the last row and column
+    # in the last row and column, the amplitude's prior is replaced by the flat one
     precision = np.linalg.inv(covariance)
     onto = precision @ expected
     precision[-1, -1] += FLAT - 1.0
@@ -88,10 +89,11 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
 
 
 def _relative_variance(evidence: Evidence, fit: Fit, name: str, others: Sequence[str]) -> float:
-    """Return what errors of its signature make of an amplitude's variance, over its square.
+    """Return the variance of an amplitude by errors of its signature, over the amplitude squared.
 
-    The signature times cosines along the displacement, of which `SIGNATURE_ERROR` is the root mean
-    square together, are mistaken for it as far as they are alike beside all else that is fitted.
+    The errors are the signature times cosines along the displacement, with a joint root mean square
+    of `SIGNATURE_ERROR`. They are mistaken for the signature as far as they resemble it once
+    everything else is fitted.
     """
     suspect = evidence.suspects[name]
     x = (np.arange(evidence.blocks.points) + 0.5) / evidence.blocks.points
@@ -111,9 +113,9 @@ def _relative_variance(evidence: Evidence, fit: Fit, name: str, others: Sequence
 def _interval(mean: float, variance: float, relative: float) -> tuple[float, float]:
     """Return the amplitudes a for which the mean is within 1.96 standard deviations.
 
-    The variance is ``variance + relative a^2`` (Fieller 1954): where nearly all of a signature is
-    imitated, what is left of it is as uncertain as the signature itself, and no amplitude may be
-    excluded.
+    The variance is ``variance + relative a^2`` (Fieller 1954). Where nearly all of a signature is
+    imitated, the remainder is no larger than the error of the signature, and it may be that no
+    amplitude is excluded.
     """
     z = QUANTILE**2
     rest = 1.0 - z * relative
@@ -124,7 +126,7 @@ def _interval(mean: float, variance: float, relative: float) -> tuple[float, flo
 
 
 def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tuple[str, ...]:
-    """Return what is correlated with the last variable."""
+    """Return the names of what is correlated with the last variable, the most correlated first."""
     sd = np.sqrt(np.diag(covariance))
     correlation = np.abs(covariance[-1] / sd / sd[-1])[:-1]
     simulator = correlation[len(factors) : len(correlation) - len(effects)]
@@ -138,10 +140,10 @@ def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tup
 
 
 def cosines(fit: Fit) -> dict[tuple[str, str], float]:
-    """Return how alike signatures are where factors and simulator have taken what they can.
+    """Return how alike signatures are, after removal of what factors and simulator can imitate.
 
-    The cosine of each pair, by the inverse covariance: 1 or -1 where the data cannot tell them
-    apart.
+    This is the cosine of each pair in the inner product of the inverse covariance; it is 1 or -1
+    where the data cannot tell the two apart.
     """
     evidence = fit.evidence
     gram = evidence.whiten(fit.scatter).reduce().gram

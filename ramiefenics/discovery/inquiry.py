@@ -1,4 +1,4 @@
-"""From measured curves to what the simulation gets wrong, its causes, and what they gain."""
+"""From measured curves to what the simulation gets wrong, its causes, and the gain by these."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ from ramiefenics.surrogate import LearnedCurves
 log = logging.getLogger(__name__)
 
 INVISIBLE = 2.0
-"""A suspect whose largest amplitude makes less of a difference, in standard deviations, cannot be
-tested with these data."""
+"""Change of the curves, in standard deviations, that a suspect must make at its largest amplitude;
+if it makes less, it cannot be tested with these data."""
 
 MOST_OPEN = 4
-"""Suspects, those that may be largest, between which the next experiment is to decide where
-factors are in conflict with what was stated of them."""
+"""Number of suspects between which the next experiment is to decide if the fitted factors conflict
+with what was stated of them; these are the suspects that may be largest."""
 
 
 def discover(
@@ -64,18 +64,18 @@ def discover(
     Parameters
     ----------
     dataset
-        Measured data, or their folder, see `read_dataset`.
+        Measured data, or the folder that contains them, see `read_dataset`.
     effects
-        Suspects; by default those of which the curves may show something: all of them where there
-        is unloading, else `SUSPECTS`.
+        Suspects; by default the effects that the curves may show: all shipped effects where there
+        is unloading, otherwise `SUSPECTS`.
     mesh
-        Recipe of all simulations; by default that of the data set.
+        Mesh recipe of all simulations; by default that of the data set.
     runs
-        Does the simulations; on all cores, kept in the user's cache by default.
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
     seed
-        Of the random draws behind probabilities and intervals.
+        Seed of the random draws behind probabilities and intervals.
     on_stage
-        Told what is being done, and about how many simulations are left.
+        Called before each stage with its name and the approximate number of simulations expected.
 
     Raises
     ------
@@ -94,12 +94,12 @@ def discover(
 
 
 def suspects_of(dataset: Dataset) -> Mapping[str, Effect]:
-    """Return the shipped effects of which the curves of a data set may show something."""
+    """Return the shipped effects that the curves of a data set may show."""
     return EFFECTS if unloads(dataset) else SUSPECTS
 
 
 class _Inquiry:
-    """The steps of `discover`, and what they share."""
+    """The steps of `discover`, and the data that they share."""
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class _Inquiry:
         self._reasons: dict[str, str] = {}
 
     def conclude(self) -> Discovery:
-        """Do all steps."""
+        """Carry out all steps."""
         number = len(self._dataset.records)
         self._stage("fitting the baseline", 3 * number)
         baseline = self._fitter.baseline()
@@ -144,7 +144,7 @@ class _Inquiry:
         return self._discovery(baseline, nothing, extended, causes, (p_value, search.none), before)
 
     def _simulated(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
-        """Return a fit with every curve simulated, if all of them reach the end."""
+        """Return a fit repeated with every curve simulated; as it is, if one ends too early."""
         try:
             return self._fitter.confirmed(fitted, effects)
         except SpecificationError as error:
@@ -152,7 +152,7 @@ class _Inquiry:
             return fitted
 
     def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
-        """Return what each suspect changes, and those of which these curves show anything."""
+        """Return the signatures of all suspects, and the suspects that these curves can show."""
         curves = self._fitter.screen(baseline, self._effects)
         self._reasons |= curves.refused
         evidence = self._fitter.evidence(curves, self._effects)
@@ -168,7 +168,7 @@ class _Inquiry:
         return curves, seen
 
     def _believed(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
-        """Return the groups that do not rest on one specimen."""
+        """Return the groups that do not rest on a single specimen."""
         groups = []
         for group in causes.groups():
             name = next((name for name in group if name in fit.chosen), None)
@@ -186,7 +186,7 @@ class _Inquiry:
     def _next_experiment(
         self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]
     ) -> str:
-        """Return the settings of the second test that tells most of what is left open apart."""
+        """Return the settings of the second test that best separates the effects left open."""
         if verdict == "ambiguous":
             names = [name for group in groups if len(group) > 1 for name in group]
         elif verdict == "conflict":
@@ -214,7 +214,7 @@ class _Inquiry:
             return ""
 
     def _anatomy(self, baseline: Fitted) -> Anatomy:
-        """Learn inside the model what no suspect explains; every curve is simulated."""
+        """Learn inside the model what no suspect explains, with every curve simulated."""
         records = self._dataset.records
         self._stage("learning what is missing", 3 * len(records))
         tests = [record.test for record in records]
@@ -282,6 +282,6 @@ class _Inquiry:
 
 
 def _on_mesh(dataset: Dataset, mesh: MeshRecipe) -> Dataset:
-    """Return the data set with all tests on a mesh recipe."""
+    """Return the data set with all tests on the given mesh recipe."""
     records = tuple(dataclasses.replace(r, test=on_mesh(r.test, mesh)) for r in dataset.records)
     return dataclasses.replace(dataset, records=records)

@@ -1,4 +1,4 @@
-"""Models of what was measured, and their curves near where they were simulated."""
+"""Models of the measured specimens, and their curves linearised around simulations."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Model:
     Attributes
     ----------
     factors
-        What is fitted.
+        The fitted factors.
     log_factors
-        Their values for every specimen, shape (n, k).
+        Logarithms of the factors of every specimen, shape (n, k).
     effects
-        By name, what has been added to the baseline, with its amplitude.
+        Effects added to the baseline, with their amplitudes, by name.
     """
 
     factors: tuple[Factor, ...]
@@ -33,43 +33,44 @@ class Model:
     effects: Mapping[str, tuple[Effect, float]] = dataclasses.field(default_factory=dict)
 
     def test(self, test: BendingTest, log_factors: Array) -> BendingTest:
-        """Return a specification with factors and effects."""
+        """Return a specification with factors, and with the effects of the model, applied."""
         test = apply_factors(test, self.factors, [float(value) for value in log_factors])
         for effect, amplitude in self.effects.values():
             test = effect.apply(test, amplitude)
         return test
 
     def amplitude(self, name: str) -> float:
-        """Return that of an effect; zero if it is not there."""
+        """Return the amplitude of an effect; zero if the model does not contain it."""
         return self.effects[name][1] if name in self.effects else 0.0
 
     def changed(self, effect: Effect, amplitude: float) -> Model:
-        """Return the model with another amplitude of an effect."""
+        """Return the model with an effect at the given amplitude."""
         effects = {**self.effects, effect.name: (effect, amplitude)}
         return dataclasses.replace(self, effects=effects)
 
 
 @dataclass(frozen=True)
 class Linearised:
-    """Predictions of a model and how they change; forces in N, r curves, m displacements.
+    """Predicted forces of a model, and their derivatives; in N, r curves, m displacements.
 
     Attributes
     ----------
     model
-        Which.
+        The model.
     force
-        Predicted for vanishing cells, shape (r, m).
+        Forces predicted for vanishing cell size, shape (r, m).
     mesh_correction
-        What that is more than on the mesh of the simulations, shape (r, m).
+        These forces minus those on the mesh of the simulations, shape (r, m).
     by_factors
-        Derivatives by the log factors, shape (r, k, m).
+        Derivatives with respect to the log factors, shape (r, k, m).
     by_mesh
-        Smooth deviations from the expected correction, each with its standard deviation,
-        shape (r, q, m).
+        Smooth deviations from the expected mesh correction, each as large as its standard
+        deviation, shape (r, q, m).
     by_effects
-        By name, the derivative by the amplitude, per unit of it, shape (r, m).
+        Derivatives with respect to the amplitudes, per unit, by name of the effect, shape (r, m)
+        each.
     refused
-        By name, why there is none.
+        Reasons why effects have no derivative, by name.
     """
 
     model: Model
@@ -81,17 +82,17 @@ class Linearised:
     refused: Mapping[str, str]
 
     def at(self, log_factors: Array, specimen: Integers) -> Linearised:
-        """Return the curves near other log factors, without simulating any.
+        """Return the curves linearised near other log factors, without further simulations.
 
-        Forces are linear in the factors, not in their logarithms: those of an elastic stalk are
-        exactly in proportion to all of its moduli together.
+        Forces are taken to be linear in the factors, not in their logarithms, because the forces of
+        an elastic stalk are exactly proportional to all of its moduli together.
 
         Parameters
         ----------
         log_factors
-            Of every specimen, shape (n, k).
+            Log factors of every specimen, shape (n, k).
         specimen
-            Of every curve, shape (r,).
+            Index of the specimen of every curve, shape (r,).
         """
         growth = np.exp((log_factors - self.model.log_factors)[specimen])
         by_factors = self.by_factors * growth[..., None]

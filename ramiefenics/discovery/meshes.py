@@ -1,4 +1,4 @@
-"""Finer meshes of a stalk: what changes with them is no physics."""
+"""Finer meshes of a stalk, which tell discretisation error from physics."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 from ramiefenics.specification import BendingTest, MeshRecipe
 
 FINER = 1.5
-"""Refinement that shows the error of a mesh."""
+"""Refinement ratio that reveals the error of a mesh."""
 
 ORDERS = (1.0, 4.0)
-"""Between these the order of convergence of a force is taken to be, all equally probable: the
-lowest where contact and kinks decide, the highest that of a functional of elements of second order
-where nothing disturbs it (Oberkampf and Roy 2010, section 8.6)."""
+"""Range of the order of convergence of a force, within which all orders are taken as equally
+probable. The lowest order applies where contact and kinks dominate; the highest is that of a
+functional of second-order elements where nothing disturbs it (Oberkampf and Roy 2010, section
+8.6)."""
 
 
 def on_mesh(test: BendingTest, mesh: MeshRecipe) -> BendingTest:
@@ -32,17 +33,18 @@ def finer(recipe: MeshRecipe) -> MeshRecipe:
         rind_elements=max(1, int(recipe.rind_elements * FINER)),
         contact_size=recipe.contact_size / FINER,
         coarse_size=recipe.coarse_size / FINER,
-        # the ratio of neighbours, so that the whole layer keeps its grading
+        # growth from cell to cell, chosen so that the layer as a whole keeps its grading
         bore_growth=recipe.bore_growth ** (1.0 / FINER),
         side_growth=recipe.side_growth ** (1.0 / FINER),
     )
 
 
 def limit() -> tuple[float, float]:
-    """Return where the limit of vanishing cells is, and how surely.
+    """Return by how much to extrapolate to vanishing cell size, with its uncertainty.
 
-    By Richardson's extrapolation, ``F(0) = F(h) + (F(h / r) - F(h)) / (1 - r^-p)``: mean and
-    standard deviation, over the orders p, of that multiple of the change on the finer mesh.
+    Richardson's extrapolation is ``F(0) = F(h) + (F(h / r) - F(h)) / (1 - r^-p)``. The values
+    returned are the mean and the standard deviation, over the orders p, of the factor
+    ``1 / (1 - r^-p)`` on the change of the force on the finer mesh.
     """
     orders = np.linspace(*ORDERS, 301)
     multiples = 1.0 / (1.0 - FINER**-orders)

@@ -1,4 +1,4 @@
-"""Measured curves, reduced to few points, and predicted ones read in the same way."""
+"""Measured curves reduced to a few points, and predicted curves read in the same way."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ from ramiefenics.measured.seating import toe_mm
 from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS_OF_A_LINE = 21
-"""On predicted curves, around every displacement."""
+"""Number of points of a predicted curve around each displacement to which a line is fitted."""
 
 
 @dataclass(frozen=True)
 class Observed:
-    """Measured curves, reduced.
+    """Measured curves, reduced to a few points.
 
     Attributes
     ----------
     at_mm
         Displacements of each of r curves, shape (r, m).
     force_N
-        Shape (r, m).
+        Measured forces at these, shape (r, m).
     peak_N
-        Largest measured force of each, to which its noise refers, shape (r,).
+        Largest measured force of each curve, to which its noise refers, shape (r,).
     blocks
-        Which curves are of the same specimen.
+        Which curves belong to the same specimen.
     straight_mm
-        Of each curve, see `Record`; None, the default, where no displacement was zeroed by it.
+        Straight part of each curve by which its displacement was zeroed, see `Record`; None, the
+        default, where no displacement was zeroed in this way.
     turn_N
-        Force at the end of the loading that came before each curve, where it is that of unloading;
-        NaN where it is not known, by default of all.
+        Force at the end of the loading before each curve of unloading, shape (r,); NaN for curves
+        of loading. None, the default, where no such force is known.
     """
 
     at_mm: Array
@@ -57,7 +58,7 @@ class Observed:
 
 
 def observe(dataset: Dataset) -> Observed:
-    """Reduce measured curves: a straight line through the points around each displacement.
+    """Reduce measured curves by a straight line through the points around each displacement.
 
     Raises
     ------
@@ -74,13 +75,13 @@ def observe(dataset: Dataset) -> Observed:
     straight = tuple(record.straight_mm for record in records)
     turn = np.full(len(records), np.nan)
     for row in range(1, len(records)):
-        if records[row].test.protocol.then:  # it stands after its loading
+        if records[row].test.protocol.then:  # it follows its loading
             turn[row] = records[row - 1].curve["force_N"].iloc[-1]
     return Observed(at, force, force.max(axis=1), blocks, straight, turn)
 
 
 def _half(at_mm: Array) -> float:
-    """Return how far around a displacement points of a curve count there, mm."""
+    """Return the distance from a displacement up to which points of a curve count, mm."""
     return float(at_mm[1] - at_mm[0]) / 2.0
 
 
@@ -92,9 +93,9 @@ def read(
 ) -> Array:
     """Read the recorded force off a simulated curve as off a measured one, N, shape (m,).
 
-    A straight line is put through the points around each displacement: at a kink, such as the end
-    of a gap, that is not the curve's own value. Where the measured displacement begins behind a
-    toe (`straight_mm`), the simulated one does, too.
+    A straight line is fitted to the points around each displacement; at a kink, such as the end of
+    a gap, it does not give the curve's own value. Where the measured displacement begins behind a
+    toe (`straight_mm`), so does the simulated one.
     """
     toe = toe_mm(lambda at: recorded(test, curve, at), straight_mm)
     offsets = _half(at_mm) * np.linspace(-1.0, 1.0, POINTS_OF_A_LINE)
@@ -114,8 +115,8 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     Raises
     ------
     SpecificationError
-        If the simulated curve ends before, or goes back: a soft machine unloads by more than the
-        indenter goes on.
+        If the simulated curve ends before these displacements, or if the recorded displacement
+        decreases because a compliant machine springs back by more than the indenter advances.
     """
     travel, pressed = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
     displacement, force = test.machine.recorded(travel, pressed)

@@ -1,4 +1,4 @@
-"""What a discovery comes to."""
+"""Outcome of a discovery."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict
 
 ALIKE = 0.9
-"""Cosine of two signatures that are easily mistaken for one another."""
+"""Cosine between two signatures above which they are easily mistaken for one another."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """What force curves took.
+    """Number of force curves, and of the simulations that they took.
 
     Attributes
     ----------
     curves
-        Asked for.
+        Number of curves asked for.
     simulations
-        Of which the others were learned, those done before included.
+        Number of simulations from which the others were learned, including those done before.
     learned_error
-        The largest to be expected of a learned curve, over its peak; 0 if all were simulated.
+        Largest expected error of a learned curve, relative to its peak; 0 if all were simulated.
     """
 
     curves: int
@@ -51,7 +51,7 @@ class Effort:
     learned_error: float
 
     def told(self) -> str:
-        """Return it as a sentence."""
+        """Return the effort as a sentence."""
         if self.learned_error == 0.0:
             return f"{self.curves} force curves, all of them simulated."
         return (
@@ -62,7 +62,7 @@ class Effort:
 
 @dataclass(frozen=True, repr=False)
 class Discovery(Result):
-    """What was found.
+    """Outcome of a discovery: the verdict, and all that it rests on.
 
     Attributes
     ----------
@@ -73,42 +73,43 @@ class Discovery(Result):
     verdict
         One of `ramiefenics.discovery.verdict.VERDICTS`.
     groups
-        Of effects of each of which one is there as good as certainly, those that are believed; a
-        group of one is a cause.
+        Groups of effects that are believed, at least one effect of each being practically certain
+        to be present; a group of one is a cause.
     p_value
-        Probability of a gain like the best suspect's without any effect.
+        Probability of a gain like that of the best suspect if no effect is present.
     fitted_none
-        Probability that there is no effect, if there is no other set than those that were fitted.
+        Probability that there is no effect, if only the sets that were fitted are possible.
     baseline_misfit_p_value, misfit_p_value
-        Probability of a common misfit like the baseline's, and like the one that is left in the
-        end, if the model is right.
+        Probabilities of a common misfit like the baseline's, and like the one that is left in the
+        end, if the respective model is right.
     conflict_p_value
-        Probability of factors as far from what was stated of them.
+        Probability of factors at least as far as these from what was stated of them.
     posterior
-        Over sets of effects.
+        Posterior over sets of effects.
     reasons
-        By suspect, why it is not tested or not believed.
+        Reasons why suspects are not tested or not believed, by name.
     baseline, extended
         The fits without effects and with the most probable set; the latter is None where nothing
         was suspected.
     limits
-        How large each suspect may be.
+        How large each suspect may be, by name.
     next_experiment
-        Settings of a second test of each specimen that would tell most of what is left open apart,
+        Settings of a second test of each specimen that would best separate the effects left open;
         ``alone`` if none of those tried would; empty where nothing is open.
     alike
-        Cosines of pairs of signatures, without what factors and simulator can imitate.
+        Cosines between pairs of signatures, after removal of what factors and simulator can
+        imitate.
     gain, shape_gain
-        Of predictions of specimens left out, with the most probable set: of their curves, by what
-        is known of them without bending them; and of the curves' shapes, where their own factors
-        are fitted to them. None where nothing was suspected.
+        Gains in the prediction of left-out specimens by the most probable set: of their curves,
+        from what is known of specimens without bending them, and of the shapes of these curves,
+        with the specimens' own factors fitted to them. None where nothing was suspected.
     condition_gain
-        Of predictions of curves under conditions left out (`tests.csv`), by what others tell of
-        the same specimens. None besides where there is one condition only.
+        Gain in the prediction of curves under left-out conditions (`tests.csv`), from the other
+        curves of the same specimens. None also where there is only one condition.
     anatomy
-        What is missing, learned inside the model; None unless it is unknown.
+        What is missing, learned inside the model; None unless the verdict is unknown.
     effort
-        What it took.
+        Number of curves and simulations that the discovery took.
     """
 
     SUMMARY: ClassVar[str] = "verdict.json"
@@ -138,18 +139,18 @@ class Discovery(Result):
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """Effects named: causes, and those of groups that are not told apart."""
+        """Effects that are named: causes, and the members of groups that are not told apart."""
         named = self.verdict in ("cause", "ambiguous")
         return tuple(name for group in self.groups for name in group) if named else ()
 
     @property
     def fitted(self) -> Fitted:
-        """The last fit: with the most probable set if something was suspected."""
+        """The final fit: with the most probable set if something was suspected."""
         return self.baseline if self.extended is None else self.extended
 
     @property
     def amplitudes(self) -> dict[str, float]:
-        """Of the effects of the most probable set, if something was suspected."""
+        """Amplitudes of the effects in the most probable set, if something was suspected."""
         return self.fitted.fit.amplitudes
 
     def interval(self, name: str) -> tuple[float, float]:
@@ -167,13 +168,13 @@ class Discovery(Result):
 
     @property
     def factor_moves(self) -> dict[str, float]:
-        """Logarithms of the common factors over their prior standard deviation, by name."""
+        """Mean log factors relative to their prior standard deviation, by name."""
         moves = self.mean_log_factors() / self.dataset.layout.fit_sd
         names = (factor.name for factor in self.fitted.curves.model.factors)
         return dict(zip(names, map(float, moves), strict=True))
 
     def mean_log_factors(self) -> Array:
-        """Return the log factors' mean over the specimens that are not broken, shape (k,)."""
+        """Return the mean log factors of the specimens that are not broken, shape (k,)."""
         return self.fitted.fit.mean_log_factors
 
     @property
@@ -190,7 +191,7 @@ class Discovery(Result):
 
     @property
     def explained(self) -> float | None:
-        """Share of the baseline's squared errors of shape that the effects take away."""
+        """Share of the squared error of the baseline's curve shapes that the effects remove."""
         return None if self.shape_gain is None else 1.0 - self.shape_gain.ratio**2
 
     def baseline_test(self) -> BendingTest:
@@ -199,7 +200,7 @@ class Discovery(Result):
         return self.baseline.curves.model.test(self.dataset.baseline, factors)
 
     def extended_test(self) -> BendingTest:
-        """Return the baseline with factors and effects as fitted together.
+        """Return the baseline with the factors and effects that were fitted together.
 
         Raises
         ------
@@ -215,7 +216,7 @@ class Discovery(Result):
 
     @property
     def title(self) -> str:
-        """That of the data set, with the verdict."""
+        """Title of the data set, with the verdict."""
         return f"{self.dataset.title}: {self.verdict}"
 
     def findings(self) -> list[str]:
@@ -223,7 +224,7 @@ class Discovery(Result):
         return findings(self)
 
     def notes(self) -> list[str]:
-        """Return how specimens scatter, and what is put down to mesh and simulator."""
+        """Return how specimens scatter, and what is attributed to mesh and simulator."""
         scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
         mesh, left = self._corrections()
         names = (factor.name for factor in self.fitted.curves.model.factors)
@@ -243,16 +244,16 @@ class Discovery(Result):
 
     @property
     def mesh(self) -> str:
-        """Recipe of the simulations."""
+        """Name of the mesh recipe of the simulations."""
         return self.dataset.records[0].test.numerics.mesh.name
 
     def _corrections(self) -> tuple[float, float]:
-        """Return what is corrected for the mesh, and put down to it and the simulator."""
+        """Return the largest mesh correction, and the largest error attributed to the simulator."""
         for_mesh = self.fitted.curves.mesh_correction / self.observed.peak_N[:, None]
         return _largest(for_mesh), _largest(self.fitted.fit.remaining()[1])
 
     def overview(self) -> pd.DataFrame:
-        """Return the suspects, the most probable first."""
+        """Return a table of the suspects, the most probable first."""
         inclusion = dict.fromkeys(self.effects, 0.0) | self.posterior.inclusion()
         rows = [self._row(n, inclusion[n]) for n in sorted(inclusion, key=lambda n: -inclusion[n])]
         return pd.DataFrame(rows)
@@ -328,7 +329,7 @@ class Discovery(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return the suspects' physics, the fitted factors, and what is mistaken for what."""
+        """Return the suspects' physics, the fitted factors, and how alike signatures are."""
         physics = [(n, e.physics, e.reference) for n, e in self.effects.items()]
         sd, moves = self.dataset.layout.fit_sd, self.factor_moves
         factors = [(name, math.exp(sd * move), move) for name, move in moves.items()]
@@ -351,7 +352,7 @@ class Discovery(Result):
         }
 
     def figures(self) -> dict[str, Picture]:
-        """Return residuals, suspects, and predictions of specimens left out."""
+        """Return figures of residuals, suspects and predictions, and of any function learned."""
         from ramiefenics.discovery import figures
 
         learned = {}
@@ -378,11 +379,11 @@ class Discovery(Result):
         }
 
     def user_files(self) -> list[Path]:
-        """Return the files of the suspects that are the user's own."""
+        """Return the user's own files that define suspects."""
         return sorted({effect.file for effect in self.effects.values() if effect.file is not None})
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return the fitted baseline, and that with the causes, or with what was learned."""
+        """Return the fitted baseline, and its extension by causes or by what was learned."""
         extended = {}
         if self.verdict == "cause":
             extended["extended"] = self.extended_test()
@@ -392,6 +393,6 @@ class Discovery(Result):
 
 
 def _largest(shares: Array) -> float:
-    """Return the mean over curves, shape (r, m), where it is largest."""
+    """Return the mean over curves, from shape (r, m), where its magnitude is largest."""
     mean = shares.mean(axis=0)
     return float(mean[np.abs(mean).argmax()])

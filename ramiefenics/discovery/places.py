@@ -1,10 +1,10 @@
 """Places in the model where something unknown may be: free functions of few coefficients.
 
-Each is zero where nothing is known to be missing: without force, at rest, or, over the height, in
-the specimens' mean. Beforehand it is a straight line over the number of the knot, of unknown
-slope, that bends: second differences are independent (the prior of smoothing splines: Wahba 1978,
-Journal of the Royal Statistical Society B 40, 364-372). Its size is the standard deviation at the
-last knot.
+Each function is zero where, by definition, nothing is missing: without force, at rest, or, over the
+height, on average over the specimens. A priori it is a straight line of unknown slope over the
+number of the knot, with independent second differences, which bend it (the prior of smoothing
+splines: Wahba 1978, Journal of the Royal Statistical Society B 40, 364-372). Its size is the
+standard deviation at the last knot.
 """
 
 from __future__ import annotations
@@ -31,45 +31,46 @@ from ramiefenics.model.laws.free_form import (
 from ramiefenics.specification import BendingTest, Material, SpecificationError
 
 DEFLECTION_SHARE = 0.05
-"""Size, beforehand, of the machine's deflection, over the largest displacement."""
+"""Prior size of the machine's deflection, relative to the largest displacement."""
 
 TANGENT_SIZE = 0.5
-"""Size, beforehand, of a tangent that is missing, over the tangent at rest."""
+"""Prior size of a missing tangent, relative to the tangent at rest."""
 
 HEIGHT_SIZE = 0.2
-"""Size, beforehand, of the change of the moduli over the height."""
+"""Prior size of the relative change of the moduli over the height."""
 
 FORCE_KNOTS, HEIGHT_KNOTS = 6, 5
 
 SMALL = 1e-3
-"""Step of a deflection over its size: with a large one at small forces records go back."""
+"""Step of a deflection relative to its size; with a large step at small forces, the recorded
+displacement would decrease."""
 
 GRID = 61
-"""Points at which functions are told."""
+"""Number of points at which functions are evaluated."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where something unknown may be.
+    """A place in the model where something unknown may be.
 
     Attributes
     ----------
     name
-        One word.
+        Name, one word.
     sentence
-        What the function is.
+        What the function is, in words.
     x_label, y_label
-        Of its axes, with units.
+        Labels of its axes, with units.
     at
-        Where it is told, shape (g,).
+        Points at which the function is evaluated, shape (g,).
     effects
-        One for each coefficient, in proportion to which it changes the specification.
+        One effect for each coefficient, which changes the specification in proportion to it.
     root
-        Of the coefficients' covariance beforehand, which is ``root @ root.T``, shape (c, q).
+        Root of the coefficients' prior covariance, which is ``root @ root.T``, shape (c, q).
     prepared
-        From a specification to one that means the same, in which each coefficient is a number.
+        Returns an equivalent specification in which each coefficient is a number.
     function
-        The whole function that a specification has, the baseline's own included, at `at`.
+        Returns the whole function of a specification, including the baseline's own, at some points.
     """
 
     name: str
@@ -83,14 +84,14 @@ class Place:
     function: Callable[[BendingTest, Array], Array]
 
     def apply(self, test: BendingTest, coefficients: Array) -> BendingTest:
-        """Return the specification with coefficients, shape (c,)."""
+        """Return the specification with given coefficients, shape (c,)."""
         test = self.prepared(test)
         for effect, amount in zip(self.effects, coefficients, strict=True):
             test = effect.apply(test, float(amount))
         return test
 
     def basis(self, test: BendingTest) -> Array:
-        """Return what each coefficient adds to the function, per unit, shape (g, c)."""
+        """Return the contribution of each coefficient to the function, per unit, shape (g, c)."""
         base = self.prepared(test)
         without = self.function(base, self.at)
         columns = [
@@ -101,7 +102,7 @@ class Place:
 
 
 def places(tests: Sequence[BendingTest], largest_N: float, largest_mm: float) -> dict[str, Place]:
-    """Return the places that a data set can tell of, by name.
+    """Return the places about which a data set can tell something, by name.
 
     Parameters
     ----------
@@ -120,10 +121,10 @@ def places(tests: Sequence[BendingTest], largest_N: float, largest_mm: float) ->
 
 
 def _from_zero(size: float, knots: int) -> Array:
-    """Return the root for a function that is zero before the first knot.
+    """Return the prior root for a function that is zero before the first knot.
 
-    A slope, and second differences at all knots but the last; each makes half of the variance
-    there.
+    Its columns are a slope, and second differences at all knots but the last. The slope makes half
+    of the variance at the last knot, and the second differences together the other half.
     """
     number = np.arange(1, knots + 1)
     bent = np.maximum(number[:, None] - number[:-1], 0)
@@ -132,7 +133,7 @@ def _from_zero(size: float, knots: int) -> Array:
 
 
 def _from_mean(size: float, knots: int) -> Array:
-    """Return the root for a function whose mean is zero: a slope, and second differences."""
+    """Return the prior root for a function of zero mean: a slope, and second differences."""
     number = np.arange(knots)
     straight = np.column_stack([np.ones(knots), np.linspace(-1.0, 1.0, knots)])
     bent = np.abs(number[:, None] - number[1:-1]) / 2.0
@@ -149,7 +150,7 @@ def _effect(
 
 
 def _machine(largest_N: float, size_mm: float) -> Place:
-    """Return that of the machine's deflection over force; knots are closer at small forces."""
+    """Return the place of the machine's deflection over force, with more knots at small forces."""
     number = np.arange(1, FORCE_KNOTS + 1)
     knots = tuple(float(force) for force in largest_N * (number / FORCE_KNOTS) ** 2)
 
@@ -182,7 +183,7 @@ def _machine(largest_N: float, size_mm: float) -> Place:
 
 
 def _fibre() -> Place:
-    """Return that of the fibres' axial stress over their strain."""
+    """Return the place of the fibres' axial stress over their strain."""
     return Place(
         "fibre",
         "another axial stress of the fibres over their strain",
@@ -190,14 +191,14 @@ def _fibre() -> Place:
         "Axial stress of the outermost layer, sides held (MPa)",
         np.linspace(-0.1, 0.1, GRID),
         _constants((*PULLED, *PRESSED)),
-        np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # pulled and pressed apart
+        np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # tension and compression apart
         _free,
         partial(_confined_stress, axis=2),
     )
 
 
 def _section() -> Place:
-    """Return that of the section's stress over the loss of its area."""
+    """Return the place of the section's stress over the loss of its area."""
     return Place(
         "section",
         "another stress of the crushed section over the area that it has lost",
@@ -223,14 +224,14 @@ def _constants(names: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def _free(test: BendingTest) -> BendingTest:
-    """Return the test with the free-form law, all of whose constants are stated."""
+    """Return the test with the free-form law, with all of its constants stated."""
     zeros = dict.fromkeys((constant.name for constant in FREE_FORM.constants), 0.0)
     stated = with_materials(test, lambda m: replace(m, law_constants=zeros | m.law_constants))
     return replace(stated, law=FREE_FORM.name)
 
 
 def _confined_stress(test: BendingTest, strain: Array, axis: int) -> Array:
-    """Return the stress of the outermost layer that is strained along one axis only, MPa."""
+    """Return the stress of the outermost layer when strained along one axis only, MPa."""
     material, law = test.stalk.layers[-1].material, law_named(test.law)
     parameters = law.parameters_of(material)
     kernel = PointKernel(law, tuple(parameters))
@@ -244,7 +245,7 @@ def _confined_stress(test: BendingTest, strain: Array, axis: int) -> Array:
 
 
 def _height(heights: Array) -> Place:
-    """Return that of the moduli over the height, whose mean over the specimens is 1."""
+    """Return the place of the factor on the moduli over the height, whose specimen mean is 1."""
     number = min(HEIGHT_KNOTS, len(np.unique(heights)))
     knots = np.linspace(heights.min(), heights.max(), number)
     means = np.array([np.interp(heights, knots, unit).mean() for unit in np.eye(number)])

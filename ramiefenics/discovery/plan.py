@@ -1,4 +1,4 @@
-"""What tests could show before they are made, and the one that tells most."""
+"""What tests could show, before they are made, and which test would tell most."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from ramiefenics.specification.files import to_dict, value_at
 from ramiefenics.specification.sources import Source, as_test
 
 SHARES = {"fixture.span_mm": 0.7, "fixture.indenter_radius_mm": 2.0}
-"""What other tests have by default, over what the standard test has."""
+"""Values in other tests by default, relative to those in the standard test."""
 
 UNLOADED = "protocol.then=[{to_mm=0}]"
-"""What another test has besides by default."""
+"""Setting of a further test by default."""
 
 HELPS = 1.0
-"""Log-evidence between two effects that a second test has to add, to be worth making."""
+"""Log-evidence between two effects that a second test must add to be worth making."""
 
 ALIKE = 0.9
-"""Cosine from which on effects are mistaken for one another."""
+"""Cosine above which effects are mistaken for one another."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,14 +41,14 @@ class Plan(Result):
     Attributes
     ----------
     test
-        The standard test, its file, or the name of a published one.
+        The standard test.
     design
-        Stalks, and how well they are known.
+        Number of stalks, and how well they are known and tested.
     effects
         The suspects.
     powers
-        By the settings of the other test that each stalk is given besides; the standard test alone
-        is first.
+        What can be found, by the settings of the other test that each stalk is given in addition;
+        that of the standard test alone comes first.
     """
 
     SUMMARY: ClassVar[str] = "plan.json"
@@ -60,12 +60,12 @@ class Plan(Result):
 
     @property
     def alone(self) -> Power:
-        """That of the standard test alone."""
+        """What can be found with the standard test alone."""
         return next(iter(self.powers.values()))
 
     @property
     def next_experiment(self) -> str:
-        """The other test that tells most effects apart; the standard test if none helps."""
+        """Settings of the other test that tells most effects apart; ``alone`` if none helps."""
         each, alone = self.powers, self.alone
         best = max(each, key=lambda name: (each[name].told_apart, each[name].weakest))
         more = each[best].told_apart > alone.told_apart
@@ -75,11 +75,11 @@ class Plan(Result):
 
     @property
     def title(self) -> str:
-        """What is planned."""
+        """Title of the plan."""
         return f"Plan: {self.design.stalks} stalks"
 
     def findings(self) -> list[str]:
-        """Return what is told apart, by what."""
+        """Return how many effects are told apart, and by which tests."""
         pairs = len(self.alone.smallest) * (len(self.alone.smallest) - 1) // 2
         hidden = [name for name, size in self.alone.smallest.items() if not np.isfinite(size)]
         told = [
@@ -97,7 +97,7 @@ class Plan(Result):
         return told
 
     def overview(self) -> pd.DataFrame:
-        """Return the smallest amplitudes that are found."""
+        """Return a table of the smallest amplitudes that are found."""
         rows = []
         for name in self.alone.smallest:
             effect = self.effects[name]
@@ -113,7 +113,7 @@ class Plan(Result):
         return [n for n, c in zip(names, row, strict=True) if n != name and c > ALIKE]
 
     def numbers(self) -> dict[str, Any]:
-        """Return the amplitudes, and what they rest on."""
+        """Return the smallest amplitudes, and the design that they are for."""
         return {
             "next_experiment": self.next_experiment,
             "told_apart": {name: found.told_apart for name, found in self.powers.items()},
@@ -124,7 +124,7 @@ class Plan(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return cosines of signatures, for each choice of tests."""
+        """Return the cosines between signatures, for each choice of tests."""
         names = list(self.alone.smallest)
         rows = [
             {"tests": what, "effect": a, "other": b, "cosine": float(found.cosines[i, j])}
@@ -136,7 +136,7 @@ class Plan(Result):
         return {"cosines": Table(pd.DataFrame(rows))}
 
     def figures(self) -> dict[str, Picture]:
-        """Return smallest amplitudes, and what is mistaken for what."""
+        """Return figures of the smallest amplitudes, and of effects mistaken for one another."""
         from ramiefenics.discovery import plan_figures as figures
 
         return {
@@ -166,22 +166,22 @@ def plan(
 ) -> Plan:
     """Find out what tests could show.
 
-    Curves are simulated for one stalk, with every effect at its typical size, and repeated for as
-    many stalks as there are to be.
+    Curves are simulated for one stalk, with every effect at its typical size, and repeated for the
+    number of stalks that is planned.
 
     Parameters
     ----------
     test
-        The standard test.
+        The standard test, its file, or the name of a published one.
     others
-        Settings, ``key=value``, of each other test that stalks could be given besides; by default
-        a shorter span, a blunter indenter, and unloading after the loading.
+        Settings, ``key=value``, of each other test that stalks could be given in addition; by
+        default a shorter span, a blunter indenter, and unloading after the loading.
     design
-        Stalks, and how well they are known.
+        Number of stalks, and how well they are known and tested.
     effects
         Suspects.
     runs
-        Does the simulations; on all cores, kept in the user's cache by default.
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _default_others(test: BendingTest) -> list[list[str]]:
 
 
 def _curves(test: BendingTest) -> list[BendingTest]:
-    """Return the curves of a test: that of its loading, and that of its unloading."""
+    """Return specifications of a test's curves: that of loading, and that of unloading if any."""
     loading = replace(test, protocol=replace(test.protocol, then=()))
     if not test.protocol.then:
         return [loading]

@@ -1,4 +1,4 @@
-"""What a plan shows: smallest amplitudes, and what is mistaken for what."""
+"""Figures of a plan: smallest amplitudes found, and effects mistaken for one another."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILIO
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY)
 MARKERS = "osD^v"
 SMALLEST, LARGEST = 0.08, 12.0
-"""Typical amplitudes between which is drawn."""
+"""Limits of the axis of amplitudes, relative to the typical ones."""
 
 TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 

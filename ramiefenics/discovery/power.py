@@ -1,4 +1,4 @@
-"""What tests that are yet to be made could show, by the curves that a simulation predicts."""
+"""What tests yet to be made could show, judged by simulated curves."""
 
 from __future__ import annotations
 
@@ -26,32 +26,33 @@ from ramiefenics.specification import BendingTest
 from ramiefenics.specification.checks import check_integer, check_number
 
 POWER = 0.95
-"""Share of data sets in which an effect of the smallest size that counts as found is found."""
+"""Share of data sets in which an effect must be found for its size to count as detectable."""
 
 DRAWS = 20000
-"""Random data sets behind each share."""
+"""Number of random data sets behind each share."""
 
 LOADING, UNLOADING = (0.0, 1.0), (0.2, FROM_TURN)
-"""Shares of the travel between which curves are compared."""
+"""Ranges in which curves are compared, as shares of the travel."""
 
 BISECTIONS = 30
-"""Of the smallest amplitude that is found."""
+"""Number of bisections for the smallest amplitude that is found."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """How many stalks, and how well they are known and tested.
+    """Number of stalks, and how well they are known and tested.
 
     Attributes
     ----------
     stalks
-        Their number.
+        Number of stalks.
     fit_sd
-        How well the batch's moduli are known, standard deviation of their logarithms.
+        How well the batch's moduli are known: standard deviation of their logarithms.
     own
-        What stalks differ by, the same.
+        How much the moduli differ between stalks: standard deviation of their logarithms.
     noise, drift
-        Of the curves, over their peak, see `Scatter`.
+        Standard deviations of the curves' noise and smooth errors, relative to the peak force, see
+        `Scatter`.
     """
 
     stalks: int = 8
@@ -78,9 +79,10 @@ def predicted_evidence(
     Parameters
     ----------
     tests
-        Curves; those of unloading have the whole path, and follow that of the loading.
+        Specifications of the curves; one of unloading has the whole path, and follows that of its
+        loading.
     effects, fit_sd, runs
-        Suspects, how well moduli are known, and what simulates.
+        Suspects, how well the moduli are known, and what runs the simulations.
 
     Raises
     ------
@@ -101,7 +103,7 @@ def predicted_evidence(
 
 
 def repeated(evidence: Evidence, which: Sequence[int], stalks: int) -> Evidence:
-    """Return the evidence of so many stalks alike, each under some of the tests."""
+    """Return the evidence of several identical stalks, each under some of the tests."""
 
     def rows(values: Array) -> Array:
         return np.concatenate([values[list(which)]] * stalks)
@@ -120,17 +122,18 @@ def repeated(evidence: Evidence, which: Sequence[int], stalks: int) -> Evidence:
 
 @dataclass(frozen=True)
 class Power:
-    """What a number of stalks shows under certain tests.
+    """What a number of stalks can show under certain tests.
 
     Attributes
     ----------
     smallest
-        By effect, the smallest amplitude that is found in 95 % of data sets, in the direction of
-        the typical one; infinite if even the bound is not.
+        Smallest amplitude that is found in 95 % of data sets, by effect, with the sign of the
+        typical one; infinite if not even the bound is found.
     cosines
-        Of signatures by the inverse covariance, in the order of `smallest`, shape (p, p).
+        Cosines between signatures, in the inner product of the inverse covariance, in the order of
+        `smallest`, shape (p, p).
     apart
-        Log-evidence by which an effect of typical size is expected to beat another one that
+        Log-evidence by which an effect of typical size is expected to surpass another one that
         imitates it, shape (p, p).
     """
 
@@ -140,19 +143,19 @@ class Power:
 
     @property
     def weakest(self) -> float:
-        """Log-evidence between the two effects that are told apart least."""
+        """Log-evidence between the two effects that are hardest to tell apart."""
         both = np.minimum(self.apart, self.apart.T)
         return float(both[np.triu_indices(len(both), 1)].min(initial=np.inf))
 
     @property
     def told_apart(self) -> int:
-        """Pairs of effects of typical size that are told apart, by odds of 20."""
+        """Number of pairs of effects of typical size that are told apart by odds of 20."""
         both = np.minimum(self.apart, self.apart.T)
         return int((both[np.triu_indices(len(both), 1)] >= ENOUGH).sum())
 
 
 def power(evidence: Evidence, design: Design) -> Power:
-    """Return what the evidence shows of its suspects, given how stalks and curves scatter."""
+    """Return what the evidence can show of its suspects, given the scatter of stalks and curves."""
     number = evidence.by_factors.shape[1]
     scatter = Scatter((design.own,) * number, design.noise, Scatter.typical(1).length, design.drift)
     gram = evidence.whiten(scatter).reduce().gram
@@ -165,7 +168,7 @@ def power(evidence: Evidence, design: Design) -> Power:
 
 
 def _smallest(gram: Array, bounds: Array, directions: Array) -> Array:
-    """Return the smallest amplitudes that are found, over `Evidence.scale`, shape (p,)."""
+    """Return the smallest amplitudes found, relative to `Evidence.scale`, shape (p,)."""
     rng = np.random.default_rng(0)
     singles = [(index,) for index in range(len(gram))]
     values, vectors = np.linalg.eigh(gram)

@@ -23,30 +23,31 @@ from ramiefenics.specification import BendingTest, Machine
 from ramiefenics.surrogate import LearnedCurves
 
 SMOOTH_MODES = 5
-"""Cosines along the displacement that a smooth error is made of."""
+"""Number of cosines along the displacement that make up a smooth error."""
 
 TOE = 0.1
-"""Of the travel, which a simulated curve's toe may take where the measured ones' are left out."""
+"""Share of the travel that the toe of a simulated curve may take up where measured toes are cut
+off."""
 
 
 class Predictor:
-    """Predicts what a data set's machine records.
+    """Predictor of what the machine of a data set records.
 
-    Real stalks have no mesh: all forces are extrapolated to vanishing cells, by what a finer mesh
-    changes of every curve as specified, relatively and at the same place of the indenter. What
-    an effect adds to that change is found on the first curve, and is in proportion to the
-    amplitude.
+    Real stalks have no mesh, so all forces are extrapolated to vanishing cell size by the relative
+    change that a finer mesh makes of every curve as specified, at the same position of the
+    indenter. What an effect adds to that change is found on the first curve, and taken to be
+    proportional to the amplitude.
 
     Parameters
     ----------
     tests, observed
-        Specifications of the curves, and where these are compared.
+        Specifications of the curves, and the measured curves with which they are compared.
     runs
-        Answers tasks for curves.
+        Computes tasks for curves.
     """
 
     derives: ClassVar[bool] = True
-    """Whether tasks may have derivatives."""
+    """Whether tasks may include derivatives."""
 
     def __init__(self, tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> None:
         self._tests, self._observed = list(tests), observed
@@ -56,14 +57,14 @@ class Predictor:
         self._by_effect: dict[str, Array] = {}
 
     def rephrased(self, tests: Sequence[BendingTest], runs: Mapper | None = None) -> Predictor:
-        """Return a predictor for specifications whose forces a finer mesh changes as these'.
+        """Return a predictor for other specifications that a finer mesh changes in the same way.
 
         Parameters
         ----------
         tests
-            Specifications of the curves in place of the first ones.
+            Specifications of the curves that replace the present ones.
         runs
-            Answers tasks in place of the first.
+            Computes tasks instead of the present one; None to keep that.
         """
         other = type(self)(tests, self._observed, self.runs if runs is None else runs)
         other._mesh_changes = self._mesh_changes
@@ -76,34 +77,34 @@ class Predictor:
         smooth: bool = False,
         roughly: bool = False,
     ) -> Linearised:
-        """Find every curve with derivatives by the log factors, and by amplitudes.
+        """Find every curve with derivatives with respect to log factors and amplitudes.
 
-        Curves without effects are simulated, with the former. What effects change of them, but in
-        the numbers by which specimens differ, is simulated for stalks that stand for others, and so
-        are derivatives by amplitudes, which are differences; an error of the machine needs no
-        simulation.
+        Curves without effects are simulated with derivatives by the log factors. What effects
+        change of these curves is simulated for representative stalks only, except for changes of
+        the numbers by which specimens differ. The same holds for derivatives by amplitudes, see
+        `signatures`; an error of the machine needs no simulation.
 
         Parameters
         ----------
         model, suspects
-            Where, and effects whose signatures are wanted.
+            Model around which to linearise, and effects whose signatures are wanted.
         smooth
             Whether to refuse a stalk that jumps.
         roughly
-            Whether to do without what the model's effects add to the change on a finer mesh, where
+            Whether to leave out what the model's effects add to the change on a finer mesh, where
             that is not known yet.
 
         Raises
         ------
         SpecificationError
-            If an effect of the model has no meaning for a specimen, or a simulation of the model
-            does not reach the end, or jumps and must not.
+            If an effect of the model has no meaning for a specimen, or if a simulation of the model
+            does not reach the end, or jumps although that is to be refused.
         """
         tests = self.tests(model)
         without = following(self.tests(dataclasses.replace(model, effects={})), tests)
         tasks = [self.task(test, model.factors, smooth) for test in without]
         needed = dataclasses.replace(model, effects={}) if roughly else model
-        answers = self.runs.map([*tasks, *self._soon(needed)])  # the latter on idle processors
+        answers = self.runs.map([*tasks, *self._soon(needed)])  # the latter use idle processors
         raw = [done.result() for done in answers[: len(tasks)]]
         raw = changed_curves(raw, without, tests, self.plain)
         self._learn_changes(needed)
@@ -116,14 +117,14 @@ class Predictor:
         return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
-        """Return the same with the forces of every curve simulated.
+        """Return the same linearised curves with the forces of every curve simulated.
 
         Parameters
         ----------
         curves
-            As they are.
+            Linearised curves.
         tolerance
-            Error to be expected of a curve, over its peak, below which it need not be simulated.
+            Expected error of a curve, relative to its peak, below which it need not be simulated.
         """
         tests = self.tests(curves.model)
         tasks = self.exact_tasks(tests)
@@ -144,16 +145,16 @@ class Predictor:
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
 
     def plain(self, tests: Sequence[BendingTest]) -> list[pd.DataFrame]:
-        """Return simulated curves of some specifications, as far as the data go."""
+        """Return simulated curves of some specifications, over the range of the data."""
         return simulated(self.runs, [self.task(test) for test in tests])
 
     def task(
         self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
     ) -> CurveTask:
-        """Return the task of a curve as far as the data go, with derivatives."""
-        travel = float(self._at.max())  # the same for all, so that they learn from one another
+        """Return the task of a curve over the range of the data, with derivatives."""
+        travel = float(self._at.max())  # the same for all, so that curves can be learned
         straight = [part for part in self._observed.straight_mm or () if part is not None]
-        if straight:  # which may go on beyond what is compared
+        if straight:  # these parts may extend beyond the range that is compared
             travel = (1.0 + TOE) * max(travel, *(end for _, end in straight))
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
@@ -161,7 +162,7 @@ class Predictor:
         return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth)
 
     def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
-        """Return the tasks of all curves, whose paths are as the machine has them."""
+        """Return the tasks of all curves, with the indenter's true paths in the machine."""
         return [self.task(test) for test in tests]
 
     def _by_factors(
@@ -171,7 +172,7 @@ class Predictor:
         curves: Sequence[pd.DataFrame],
         force: Array,
     ) -> Array:
-        """Return derivatives by the log factors, shape (r, k, m)."""
+        """Return derivatives with respect to the log factors, shape (r, k, m)."""
         found = [
             self.slopes_by(tests, curves, force, [curve[factor.name] for curve in curves])
             for factor in model.factors
@@ -181,7 +182,7 @@ class Predictor:
     def _by_mesh(
         self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], force: Array
     ) -> Array:
-        """Return derivatives by deviations of the mesh's correction, shape (r, q, m)."""
+        """Return derivatives with respect to deviations of the mesh correction, shape (r, q, m)."""
         by_mesh = []
         for deviation in self._mesh_deviations.transpose(1, 0, 2):
             errors = [
@@ -198,9 +199,10 @@ class Predictor:
         force: Array,
         changes: Sequence[pd.Series | Array],
     ) -> Array:
-        """Return what small changes of the indenter's forces make of the recorded ones, (r, m).
+        """Return the changes of recorded forces, (r, m), by small changes of the indenter's forces.
 
-        The latter are given too, shape (r, m): many changes are of the same curves.
+        The recorded forces are passed too, shape (r, m), because many changes are of the same
+        curves.
         """
         small = 1e-3
         moved = [
@@ -213,13 +215,13 @@ class Predictor:
     def _mesh_changes(self) -> Array:
         """Relative changes of the curves' forces on a finer mesh, shape (r, m).
 
-        At displacements of the indenter: what machine and seating make of them, they make of the
-        forces.
+        They are those at displacements of the indenter; machine and seating are applied afterwards,
+        to the corrected forces.
         """
         return self._changes_of(self._tests)
 
     def _learn_changes(self, model: Model) -> None:
-        """Find what effects add to the first curve's change, per amplitude, shape (m,) each."""
+        """Find what effects add to the mesh change of the first curve, per amplitude, (m,) each."""
         for name, (effect, _) in model.effects.items():
             if name not in self._by_effect:
                 step, changed = self._first_with(effect)
@@ -227,13 +229,13 @@ class Predictor:
                 self._by_effect[name] = more / step
 
     def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
-        """Return an amplitude that is possible, and the first specification with it."""
+        """Return a possible amplitude of an effect, and the first specification with it."""
         return first_possible(
             effect.typical, lambda amplitude: [effect.apply(self._tests[0], amplitude)]
         )
 
     def _changes_of(self, tests: Sequence[BendingTest]) -> Array:
-        """Return relative changes of the first curves' forces on a finer mesh."""
+        """Return relative changes of the forces of the first curves on a finer mesh."""
         standing, tasks = self._on_both_meshes(tests)
         curves = iter(simulated(self.runs, tasks))
         shares = {i: change_of(next(curves), next(curves)) for i in standing.chosen}
@@ -241,14 +243,14 @@ class Predictor:
         return np.array([np.interp(at, *shares[i]) for i, at in each])
 
     def _on_both_meshes(self, tests: Sequence[BendingTest]) -> tuple[Standing, list[CurveTask]]:
-        """Return which of the first curves stand for others, and tasks for those, in pairs."""
+        """Return which of the first curves stand for others, and pairs of tasks on both meshes."""
         plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
         finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
         standing = Standing.of(*([Place.of(test) for test in some] for some in (plain, finely)))
         return standing, [self.task(some[i]) for i in standing.chosen for some in (plain, finely)]
 
     def _soon(self, model: Model) -> list[CurveTask]:
-        """Return tasks on both meshes that a model will ask for."""
+        """Return the tasks on both meshes that a model is about to need."""
         wanted = [] if "_mesh_changes" in self.__dict__ else [self._tests]
         for effect, _ in model.effects.values():
             if effect.name not in self._by_effect:
@@ -259,15 +261,15 @@ class Predictor:
     def _mesh_deviations(self) -> Array:
         """Relative deviations from the extrapolated forces, shape (r, q, m).
 
-        Together they have the extrapolation's standard deviation, on average over displacements:
-        how far the limit is may change along the curve, but smoothly.
+        Together they have the standard deviation of the extrapolation, on average over
+        displacements: the distance to the limit may vary along the curve, but smoothly.
         """
         modes = smooth(*self._mesh_changes.shape)
         modes /= np.sqrt((modes**2).sum(axis=1).mean())
         return limit()[1] * modes * self._mesh_changes[:, None]
 
     def extrapolated(self, curves: Sequence[pd.DataFrame], model: Model) -> list[pd.DataFrame]:
-        """Return all curves for vanishing cells."""
+        """Return all curves, extrapolated to vanishing cell size."""
         changes, found = self._mesh_changes, []
         for name, (_, amplitude) in model.effects.items():
             if name in self._by_effect:
@@ -279,14 +281,14 @@ class Predictor:
         return found
 
     def read(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
-        """Read the first curves, shape (len(tests), m)."""
+        """Return the recorded forces read off the first curves, shape (len(tests), m)."""
         straight = self._observed.straight_mm or [None] * len(self._at)
         each = zip(tests, curves, self._at, straight, strict=False)
         return np.array([read(*one) for one in each])
 
 
 def smooth(curves: int, points: int) -> Array:
-    """Return cosines of unit size, the same for all curves, shape (r, modes, m)."""
+    """Return cosines of unit amplitude, the same for all curves, shape (r, modes, m)."""
     x = (np.arange(points) + 0.5) / points
     modes = np.array([np.cos(k * np.pi * x) for k in range(SMOOTH_MODES)])
     return np.broadcast_to(modes, (curves, *modes.shape)).copy()

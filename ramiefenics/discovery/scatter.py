@@ -1,4 +1,4 @@
-"""How specimens differ and curves are noisy: standard deviations, and what is known of them."""
+"""Scatter of specimens and noise of curves: standard deviations, and their priors."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ import numpy as np
 from ramiefenics.discovery.blocks import Array
 
 OWN, NOISE, LENGTH, DRIFT, SPREAD = (0.05, 1.2), (0.01, 1.0), (0.06, 0.8), (0.004, 1.0), (0.3, 0.7)
-"""Median, and standard deviation of the logarithm, of what is known beforehand of `Scatter.own`,
-`noise`, `length`, `drift` and `spread`."""
+"""Median, and standard deviation of the logarithm, of the priors of `Scatter.own`, `noise`,
+`length`, `drift` and `spread`."""
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """Standard deviations and a length of correlation.
+    """Standard deviations and a correlation length.
 
     Attributes
     ----------
     own
-        Of a specimen's own log factors, one for each factor.
+        Standard deviations of a specimen's own log factors, one for each factor.
     noise
-        Of the noise, over the peak force; typical of the curves, see `Evidence`.
+        Typical standard deviation of the curves' noise, relative to the peak force, see `Evidence`.
     length
-        Over which noise is correlated, as a share of the range.
+        Correlation length of the noise, as a share of the range.
     drift
-        Of what is smooth and a curve's own, over the peak force.
+        Standard deviation of the smooth error of a single curve, relative to the peak force.
     spread
-        By effect, of what its amplitude differs by between specimens, over the typical amplitude.
+        Standard deviation of an effect's amplitude between specimens, relative to `Evidence.scale`,
+        by effect.
     """
 
     own: tuple[float, ...]
@@ -39,16 +40,16 @@ class Scatter:
 
     @classmethod
     def typical(cls, factors: int, effects: tuple[str, ...] = ()) -> Scatter:
-        """Return the medians."""
+        """Return the medians of the priors."""
         spread = dict.fromkeys(effects, SPREAD[0])
         return cls((OWN[0],) * factors, NOISE[0], LENGTH[0], DRIFT[0], spread)
 
     def logarithms(self) -> Array:
-        """Return the logarithms of all, in the order of the attributes."""
+        """Return the logarithms of all values, in the order of the attributes."""
         return np.log([*self.own, self.noise, self.length, self.drift, *self.spread.values()])
 
     def moved(self, logarithms: Array) -> Scatter:
-        """Return others of the same kinds."""
+        """Return the values with other logarithms, in the order of `logarithms`."""
         values = [float(value) for value in np.exp(logarithms)]
         number = len(self.own)
         noise, length, drift, *spread = values[number:]
@@ -56,12 +57,12 @@ class Scatter:
         return Scatter(tuple(values[:number]), noise, length, drift, names)
 
     def log_prior(self) -> float:
-        """Return the logarithm of how probable they are beforehand, but for a constant."""
+        """Return the log-prior of the values, up to a constant."""
         slope, precision = self.prior_derivatives()
         return float(-0.5 * (slope**2 / precision).sum())
 
     def prior_derivatives(self) -> tuple[Array, Array]:
-        """Return that logarithm's first derivatives by `logarithms`, and less the second ones."""
+        """Return first derivatives of `log_prior` by `logarithms`, and minus the second ones."""
         known = [OWN] * len(self.own) + [NOISE, LENGTH, DRIFT] + [SPREAD] * len(self.spread)
         median, sd = np.array(known).T
         return -(self.logarithms() - np.log(median)) / sd**2, 1.0 / sd**2

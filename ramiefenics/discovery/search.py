@@ -1,16 +1,18 @@
-"""Search for the set of effects that explains the curves best, each where it fits itself.
+"""Search for the set of effects that explains the curves best, each set judged where it fits.
 
-Derivatives tell little of a set far from where they were found: there, a set of effects that are
-not in the data may seem to explain them better than those that are. So the evidence of a set counts
-where the set has been fitted in the finite-element model. Derivatives only say which to try: at the
-baseline sets of one effect and of two, a few of one effect whatever they say, and wherever a set is
-fitted, those with one effect more; less what they promised too much of the same effect before.
-Pairs of effects that need no simulations, as errors of the machine, are fitted more readily. Small
-ones are tried first, and given up where they are hopeless as soon as they are simulated. The
-best so far, those that come near it in the end, and the baseline, are fitted on, with every curve
-simulated, there or so near that what is learned is as good, until they stay where they are: errors
-of a few thousandths of the peak, of learned curves or of linearisations, are worth odds of a
-thousand.
+Derivatives say little about a set that fits far from where they were computed: effects that are not
+in the data may then seem to explain them better than those that are. A set therefore counts by its
+evidence where it has been fitted in the finite-element model. Derivatives only suggest which sets
+to fit: at the baseline, sets of one and of two effects, and a few single effects whatever the
+derivatives say; at every set that has been fitted, the sets with one effect more. Where derivatives
+have promised too much of an effect before, the excess is deducted. Pairs of effects that need no
+simulations, such as errors of the machine, are fitted more readily.
+
+Small sets are fitted first, and hopeless ones are given up as soon as they have been simulated. The
+best set so far, the sets that are close to it in the end, and the baseline are fitted further until
+they no longer change, with every curve simulated at the fitted parameters or so near them that
+learned curves are as good. This is necessary because errors of a few thousandths of the peak force,
+in learned curves or in linearisations, amount to odds of a thousand.
 """
 
 from __future__ import annotations
@@ -35,51 +37,51 @@ from ramiefenics.surrogate import CLOSE_TOLERANCE
 log = logging.getLogger(__name__)
 
 ROUNDS = 4
-"""Most linearisations of a set."""
+"""Maximum number of linearisations of a set."""
 
 MOST_SETS = 12
-"""Most sets that are fitted."""
+"""Maximum number of sets that are fitted."""
 
 PROMISING = -1.0
-"""Least that a set must gain by the derivatives over all smaller ones, in log-probability."""
+"""Least gain in log-probability over all smaller sets that derivatives must promise of a set."""
 
 SINGLES = 3
-"""Single effects that are tried, those of which derivatives promise most, however little that is:
-at the baseline they may be wrong by as much as an effect gains."""
+"""Number of single effects that are always fitted, namely those of which derivatives promise most,
+because derivatives at the baseline may be wrong by as much as an effect gains."""
 
 PAIR = 2
-"""Effects of the largest sets that are tried by the derivatives at the baseline."""
+"""Number of effects in the largest sets that the derivatives at the baseline may suggest."""
 
 FREE, FREE_RIVAL = 1, 16.0
 """Number of effects that are added to each single effect other than the best, if neither of them
-needs simulations, and by how much such a pair may be less probable than the best. A gap moves the
-whole curve, and the derivatives of other effects do not account for that.
+needs simulations, and the log-probability by which such a pair may be worse than the best set. A
+gap moves the whole curve, and the derivatives of other effects do not account for that.
 """
 
 RIVAL, LARGER = 5.0, 2.0
-"""By how much a set may be less probable by the derivatives than another of its size, and than the
-best that was fitted; the latter if it has that and more in it: near where a set fits, derivatives
-seldom promise too little.
+"""Log-probability by which a set may be worse, by the derivatives, than another set of its size or
+than the best set that was fitted. The second value applies to sets that contain the best set and
+more, because derivatives seldom promise too little near where a set fits.
 """
 
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
-"""By how much a set may be less probable than the best where it is first simulated, and still be
-fitted any better, and in the end have every curve simulated; the latter in the end, where no effect
-is best, and another is not told from it."""
+"""Log-probability by which a set may be worse than the best one where it is first simulated and
+still be fitted further, and in the end have every curve simulated. The second value applies in the
+end if the best set is the one without effects, because no other set is then told from it."""
 
 Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Reached:
-    """A set of effects, near where it fits.
+    """A set of effects, linearised near where it fits.
 
     Attributes
     ----------
     fitted
-        The set.
+        The fitted set.
     score
-        Logarithm of its evidence and of its probability beforehand, but for a constant.
+        Log-evidence plus log-prior of the set, up to a constant.
     finished
         Whether every curve was simulated near where the set fits.
     """
@@ -90,12 +92,12 @@ class Reached:
 
     @property
     def names(self) -> Names:
-        """The effects."""
+        """Names of the effects."""
         return self.fitted.fit.chosen
 
 
 class Search:
-    """Searches for the best set of effects.
+    """Search for the best set of effects.
 
     Parameters
     ----------
@@ -104,43 +106,43 @@ class Search:
     screened
         The baseline, with the signatures of all effects.
     effects
-        Those that are suspected.
+        The suspects.
 
     Attributes
     ----------
     refused
-        Sets that cannot be simulated near where they fit, with the reason.
+        Sets that cannot be simulated near where they fit, with the reasons.
     """
 
     def __init__(self, fitter: Fitter, screened: Linearised, effects: Mapping[str, Effect]) -> None:
         self._fitter, self._screened, self._effects = fitter, screened, effects
         self._reached: dict[Names, Reached] = {}
         self._promised: dict[Names, float] = {}
-        self._overrated: dict[str, list[float]] = {}  # by effects that were added, what was missing
+        self._overrated: dict[str, list[float]] = {}  # by added effect: promise minus score
         self._free = frozenset(fitter.without_simulations(effects))
-        self._insisted: set[Names] = set()  # are fitted, however good others are
+        self._insisted: set[Names] = set()  # fitted however good other sets are
         self._broken: frozenset[int] = frozenset()
         self.refused: dict[Names, str] = {}
 
     def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
-        """Return the best set that was reached, and the posterior over all sets there.
+        """Return the best set that was reached, and the posterior over all sets.
 
-        Sets that were reached have their own evidence in it. What adds to one that comes near the
-        best has that of the derivatives where it fits, less what they promised too much of the same
-        effect before; others do not count.
+        Sets that were reached enter with their own evidence. A set that adds to one close to the
+        best enters with the evidence by the derivatives where the smaller one fits, less the excess
+        that derivatives have promised of the same effect before. Other sets do not count.
 
         Parameters
         ----------
         evidence, causes
-            Of the baseline.
+            Evidence and posterior at the baseline.
         """
-        self._broken = evidence.broken  # the same for all, or their evidence is of other data
+        self._broken = evidence.broken  # the same for all sets, so that evidences compare
         self._reached[()] = self._judged((), self._screened)
         self._propose(self._best)
         if certain := causes.certain():
             self._promised[certain] = math.inf  # whatever its size
         if self._promised:
-            self._fit_set(())  # as near to where it fits as they will be
+            self._fit_set(())  # linearised as close to its fit as they will be to theirs
             self._confirm_best()
         for _ in range(MOST_SETS):
             names = self._most_promising()
@@ -161,21 +163,22 @@ class Search:
 
     @property
     def nothing(self) -> Fitted:
-        """The baseline, near where it fits."""
+        """The baseline, linearised near where it fits."""
         return self._reached[()].fitted
 
     @property
     def none(self) -> float:
-        """Probability that there is no effect, if there is no other set than those reached."""
+        """Probability that there is no effect, if only the sets that were reached are possible."""
         scores = np.array([reached.score for reached in self._reached.values()])
         shares = np.exp(scores - self._best.score)
         return float(np.exp(self._reached[()].score - self._best.score) / shares.sum())
 
     @property
     def gains(self) -> dict[str, float]:
-        """What effects that were fitted by themselves gain in log-evidence over the baseline.
+        """Gains in log-evidence over the baseline of effects that were fitted alone.
 
-        Also what the best set does, less what it is less probable beforehand than a single effect.
+        The gain of the best set counts as well, under the name of its first effect, less the price
+        of its lower prior probability than that of a single effect.
         """
         if len(self._reached) == 1:
             return {}
@@ -193,7 +196,7 @@ class Search:
         return max(self._reached.values(), key=lambda one: one.score)
 
     def _propose(self, start: Reached) -> None:
-        """Note what the derivatives where a set fits promise of larger ones."""
+        """Note what the derivatives where a set fits promise of larger sets."""
         found, here = self._compared(start), set(start.names)
         each = [(tuple(found.names[i] for i in chosen), score) for chosen, score in found.scored()]
         larger = [(names, score) for names, score in each if here < set(names)]
@@ -212,7 +215,7 @@ class Search:
     def _whatever_promised(
         self, here: Names, larger: Sequence[tuple[Names, float]]
     ) -> list[tuple[Names, float]]:
-        """Return a few single effects, or pairs that cost nothing, that are fitted in any case."""
+        """Return a few single effects, or pairs without simulations, to be fitted in any case."""
         next_size = [one for one in larger if len(one[0]) == len(here) + 1 <= PAIR]
         if here:
             next_size = [one for one in next_size if self._free.issuperset(one[0])]
@@ -223,21 +226,21 @@ class Search:
         self._promised[names] = max(promise, self._promised.get(names, promise))
 
     def _expected(self, names: Names) -> float:
-        """Return what a promise is worth, if what it adds is overrated as it was before."""
+        """Return the score promised of a set, less the excess promised of its effects before."""
         return self._promised[names] - self._excess({*names} - {*self._part(names).names})
 
     def _excess(self, added: Iterable[str]) -> float:
-        """Return by how much derivatives have promised too much where one of some was added."""
+        """Return the mean excess that derivatives have promised, the largest of added effects."""
         before = [self._overrated.get(name, [0.0]) for name in added]
         return max([0.0, *(sum(some) / len(some) for some in before)])
 
     def _part(self, names: Names) -> Reached:
-        """Return the best part of a set that was reached."""
+        """Return the best subset of a set among those that were reached."""
         parts = [one for part, one in self._reached.items() if set(part) <= set(names)]
         return max(parts, key=lambda one: one.score)
 
     def _most_promising(self) -> Names | None:
-        """Return the set to be fitted next."""
+        """Return the set to be fitted next; None if no further set is worth it."""
         known = {*self._reached, *self.refused}
         left = {n: self._expected(n) for n in self._promised if n not in known}
         worth = [n for n, score in left.items() if score > self._least(n) or self._insists_on(n)]
@@ -246,7 +249,7 @@ class Search:
     def _insists_on(self, names: Names) -> bool:
         """Return whether a set is fitted although another one promises more.
 
-        If it contains the best set it is not, as promises are right where that fits.
+        A pair that contains the best set is not, because promises are right where that set fits.
         """
         if len(names) == 1:
             return names in self._insisted
@@ -254,18 +257,18 @@ class Search:
         return names in self._insisted and promising and not set(names) > set(self._best.names)
 
     def _least(self, names: Names) -> float:
-        """Return what a set has to promise, to be fitted."""
+        """Return the score that must be promised of a set for it to be fitted."""
         more = set(names) > set(self._best.names)
         return self._best.score - (LARGER if more else RIVAL)
 
     def _fit_set(self, names: Names) -> None:
-        """Fit a set, beginning at the best part of it that was reached."""
+        """Fit a set, starting from its best subset that was reached."""
         part = self._part(names)
         start = part.fitted
         reached = self._judged(names, start.curves)
         for _ in range(ROUNDS):
             simulated = set(names) == set(reached.fitted.curves.model.effects)
-            # one that has the best and more in it cannot be far worse: its curves are not near yet
+            # a set that contains the best one cannot be far worse: it is not near its fit yet
             larger = set(names) > set(self._best.names)
             pair = len(names) == PAIR and names in self._insisted
             behind = reached.score < self._best.score - (FREE_RIVAL if pair else CLOSE)
@@ -283,14 +286,14 @@ class Search:
         log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
 
     def _confirm_best(self) -> None:
-        """Fit the best set on: what others are measured against has every curve simulated."""
+        """Fit the best set further, with every curve simulated, as others are compared with it."""
         while not self._best.finished:
             self._reached[self._best.names] = self._finished(self._best)
 
     def _finish(self) -> None:
-        """Fit the best sets on, with every curve simulated, until they are steady.
+        """Fit the best sets further, with every curve simulated, until they are steady.
 
-        Not those that have a better one and more in them: what is added explains too little.
+        Sets that contain the best one and more are left out: what they add explains too little.
         """
         while True:
             best = self._best
@@ -335,11 +338,11 @@ class Search:
         return Reached(Fitted(curves, fit), own_score(fit.evidence, names, fit.scatter))
 
     def _compared(self, reached: Reached) -> Causes:
-        """Compare all sets where one fits."""
+        """Compare all sets by the linearisation near where one of them fits."""
         return find_causes(reached.fitted.fit.evidence, self.refused)
 
     def _with_own(self, found: Causes) -> Causes:
-        """Return the posterior with the sets' own evidence, see `best`."""
+        """Return the posterior with the own evidence of the sets reached, see `best`."""
         log_evidence = np.full(len(found.sets), -np.inf)
         for names, reached in self._reached.items():
             if reached.score > self._best.score - CLOSE:

@@ -1,4 +1,4 @@
-"""What suspected effects change of all curves, from simulations of few stalks."""
+"""Signatures of suspected effects in all curves, from simulations of a few stalks."""
 
 from __future__ import annotations
 
@@ -30,26 +30,27 @@ if TYPE_CHECKING:
     from ramiefenics.discovery.prediction import Predictor
 
 DERIVATIVE_SHARE = 0.25
-"""Step, over the typical amplitude, of the derivative by the amplitude of an effect that is there;
-where it is not there, that is the typical amplitude."""
+"""Step, relative to the typical amplitude, for the derivative with respect to the amplitude of an
+effect that the model contains; for other effects the step is the typical amplitude."""
 
 SHARES = (1.0, 0.5, 0.25, 0.125)
-"""Of a step, until one is possible."""
+"""Shares of a step that are tried until one is possible."""
 
 SMALL = 1e-3
-"""Step, over the typical amplitude, of what an effect changes in a specification."""
+"""Step, relative to the typical amplitude, that shows what an effect changes in a specification."""
 
 
 @dataclass(frozen=True)
 class Along:
-    """What an effect that is not there changes: numbers, and all forces in proportion.
+    """Change by an effect that only alters numbers, and all forces in proportion.
 
     Attributes
     ----------
     direction
-        Of the numbers of the normalised specification, see `normalised`, per typical amplitude.
+        Change of the numbers of the normalised specification, see `normalised`, per typical
+        amplitude.
     scale
-        Change of the logarithm of the factor to its forces.
+        Change of the logarithm of the factor on its forces, per typical amplitude.
     """
 
     direction: Direction
@@ -57,7 +58,10 @@ class Along:
 
     @classmethod
     def of(cls, effect: Effect, test: BendingTest) -> Along | None:
-        """Return it; None if the effect changes more than numbers, or none of these."""
+        """Return the change by an effect; None if it changes more than numbers, or no number.
+
+        None also if it changes a length or a modulus that was zero.
+        """
         base, factor = normalised(test)
         moved, moved_factor = normalised(effect.apply(test, SMALL * effect.typical))
         before, after = numbers(base), numbers(moved)
@@ -78,20 +82,22 @@ def signatures(
     suspects: Mapping[str, Effect],
     smooth: bool,
 ) -> tuple[dict[str, Array], dict[str, str]]:
-    """Return derivatives by amplitudes, N per unit, shape (r, m), and why there is none.
+    """Return derivatives with respect to amplitudes, and the reasons where there are none.
 
-    They are differences. For an error of the machine, that needs no simulation.
+    Derivatives are in N per unit of the amplitude, shape (r, m). By effects that only alter numbers
+    and are not in the model, they are derivatives of the simulation along these numbers; by all
+    others, they are finite differences. By errors of the machine, they need no simulation.
 
     Parameters
     ----------
     predictor
-        Of the curves.
+        Predictor of the curves.
     model
-        Around which these are linearised.
+        Model around which the curves are linearised.
     raw
         All curves of the model as simulated.
     suspects
-        Effects, of the model or not.
+        Effects, whether the model contains them or not.
     smooth
         Whether to refuse a stalk that jumps where derivatives are asked for.
     """
@@ -118,7 +124,7 @@ def signatures(
                 found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
             else:
                 after = stepping[name].stepped(raw, lambda test: plain[id(test)].result())
-                if name in model.effects:  # only then may its own change by the mesh be known
+                if name in model.effects:  # only then can its mesh correction be known
                     there = model.changed(effect, model.amplitude(name) + steps[name])
                 else:
                     there = model
@@ -140,7 +146,7 @@ def _simulated(
     stepping: Mapping[str, Stepping],
     smooth: bool,
 ) -> tuple[Answers, Answers]:
-    """Return curves with derivatives by number, and those without by the specification's identity.
+    """Return curves with derivatives, by index, and without, by identity of the specification.
 
     All of them are simulated together.
     """
@@ -160,9 +166,9 @@ def _simulated(
 def _moved(
     predictor: Predictor, model: Model, suspects: Mapping[str, Effect]
 ) -> tuple[dict[str, list[BendingTest]], dict[str, float], dict[str, str]]:
-    """Return specifications with each amplitude changed, by how much, and why there are none.
+    """Return specifications with each amplitude changed, the steps, and the reasons for refusals.
 
-    What is typical of a stalk may be too much for a smaller specimen: then less is tried, see
+    The typical amplitude may be too large for a small specimen; a smaller one is then tried, see
     `first_possible`.
     """
     moved: dict[str, list[BendingTest]] = {}
@@ -183,12 +189,12 @@ def _moved(
 def first_possible(
     step: float, tests: Callable[[float], list[BendingTest]]
 ) -> tuple[float, list[BendingTest]]:
-    """Return the largest of some shares of a step that specifications allow, and these.
+    """Return the largest share of a step that specifications allow, and these specifications.
 
     Raises
     ------
     SpecificationError
-        Of the whole step, if none is possible.
+        The error of the whole step, if no share is possible.
     """
     refused = None
     for share in SHARES:
@@ -203,9 +209,10 @@ def first_possible(
 def _along(
     model: Model, tests: Sequence[BendingTest], suspects: Mapping[str, Effect]
 ) -> dict[str, list[Along]]:
-    """Return the effects that change numbers only: derivatives by these are cheap.
+    """Return the effects that change numbers only, by which derivatives are cheap.
 
-    Not those of the model, far from whose amplitudes they would tell little.
+    Effects of the model are left out, because such derivatives would tell little far from their
+    amplitudes.
     """
     found = {}
     for name, effect in suspects.items():

@@ -1,7 +1,7 @@
-"""Stalks that stand for others like them, where a change of the specification is simulated.
+"""Representative stalks, for which a change of the specification is simulated.
 
-What a suspect changes of the force, in proportion to it, is nearly the same for stalks of nearly
-the same proportions. So it is simulated for a few, and carried over to the others.
+The relative change of the force by a suspect is nearly the same for stalks of nearly the same
+proportions. It is therefore simulated for a few stalks, and carried over to the others.
 """
 
 from __future__ import annotations
@@ -22,33 +22,33 @@ from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import Path, coordinates, numbers, rest_of
 
 NEAR = 0.3
-"""Largest difference of a coordinate, for lengths and moduli of its logarithm, between a stalk and
+"""Largest difference of a coordinate (for lengths and moduli, the logarithm) between a stalk and
 one that stands for it."""
 
 ALIKE = 0.1
-"""Largest part of a change that is not in proportion to the other's, over the change."""
+"""Largest part of a change that is not in proportion to another one, relative to the change."""
 
 LARGER = 2.0
-"""Largest ratio of changes."""
+"""Largest ratio between the sizes of two changes."""
 
 ROUNDING = 1e-9
-"""Difference of logarithms that is none."""
+"""Difference of logarithms below which these count as equal."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """A normalised specification as coordinates, and what else there is of it.
+    """Coordinates of a normalised specification, and the rest of it.
 
     Attributes
     ----------
     rest
-        All but the numbers, as text.
+        Everything but the numbers, as text.
     paths
-        Where the numbers are.
+        Paths of the numbers within the specification.
     at
         Coordinates, shape (d,).
     log_factor
-        Logarithm of the factor to its forces.
+        Logarithm of the factor on its forces.
     """
 
     rest: str
@@ -59,22 +59,22 @@ class Place:
     @classmethod
     @functools.lru_cache(maxsize=REMEMBERED)
     def of(cls, test: BendingTest) -> Place:
-        """Return that of a specification."""
+        """Return the place of a specification."""
         test, factor = normalised(test)
         values = numbers(test)
         paths = tuple(values)
         return cls(rest_of(test), paths, coordinates(values, paths), math.log(factor))
 
     def same_kind(self, other: Place) -> bool:
-        """Return whether they differ by numbers only."""
+        """Return whether two places differ only in numbers."""
         return self.rest == other.rest and self.paths == other.paths
 
     def is_at(self, other: Place) -> bool:
-        """Return whether they differ by the factor to their forces at most."""
+        """Return whether two places differ at most in the factor on their forces."""
         return self.same_kind(other) and not (self.at - other.at).any()
 
     def near(self, other: Place) -> bool:
-        """Return whether they differ by little."""
+        """Return whether two places differ only in numbers, and by less than `NEAR`."""
         return self.same_kind(other) and bool(np.abs(self.at - other.at).max() < NEAR)
 
 
@@ -85,9 +85,9 @@ class Standing:
     Attributes
     ----------
     by
-        The one that stands for each, itself where none else does, shape (r,).
+        Index of the curve that stands for each; its own where no other does, shape (r,).
     size
-        The change of each over that of the one that stands for it, shape (r,).
+        Change of each specification relative to that of the one that stands for it, shape (r,).
     """
 
     by: NDArray[np.intp]
@@ -95,12 +95,12 @@ class Standing:
 
     @classmethod
     def of(cls, before: Sequence[Place], after: Sequence[Place]) -> Standing:
-        """Choose, where possible those in the middle.
+        """Choose representatives, where possible in the middle of those that they stand for.
 
         Parameters
         ----------
         before, after
-            The specifications of all curves, as they are and changed.
+            Specifications of all curves, before and after the change.
         """
         by, size = np.arange(len(before)), np.ones(len(before))
         left = _from_the_middle(before)
@@ -117,7 +117,7 @@ class Standing:
 
     @property
     def chosen(self) -> list[int]:
-        """Those that stand for themselves."""
+        """Indices of the curves that stand for themselves."""
         return [i for i, j in enumerate(self.by) if i == j]
 
     def changes(
@@ -128,9 +128,10 @@ class Standing:
         Parameters
         ----------
         curves
-            As they are.
+            Curves before the change.
         shares
-            Of those that are chosen: displacements (mm), and the change over the force there.
+            Displacements (mm), and the relative change of the force there, of the curves that are
+            chosen, by index.
         """
         each = zip(curves, self.by, self.size, strict=True)
         return [
@@ -140,12 +141,12 @@ class Standing:
 
 
 def change_of(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
-    """Return displacements, mm, and what has changed over the force there.
+    """Return displacements, mm, and the relative change of the force there.
 
     Raises
     ------
     SpecificationError
-        Where there is no force at all.
+        If the force is above zero nowhere.
     """
     x, force = _loaded(before, "displacement_mm", "force_N")
     there = after["displacement_mm"]
@@ -154,12 +155,12 @@ def change_of(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
 
 
 def slope_of(curve: pd.DataFrame, name: str) -> tuple[Array, Array]:
-    """Return displacements, mm, and the derivative in a column over the force there.
+    """Return displacements, mm, and the derivative in a column relative to the force there.
 
     Raises
     ------
     SpecificationError
-        Where there is no force at all.
+        If the force is above zero nowhere.
     """
     x, force, slope = _loaded(curve, "displacement_mm", "force_N", name)
     return x, slope / force
@@ -175,7 +176,7 @@ def _loaded(curve: pd.DataFrame, *columns: str) -> Array:
 
 
 def _from_the_middle(places: Sequence[Place]) -> list[int]:
-    """Return their numbers, those first that are nearest to the mean of those near them."""
+    """Return the indices of places, those nearest to the mean of their neighbours first."""
     away = np.zeros(len(places))
     for i, place in enumerate(places):
         near = [other.at for other in places if place.near(other)]
@@ -184,16 +185,16 @@ def _from_the_middle(places: Sequence[Place]) -> list[int]:
 
 
 def _size(of: tuple[Place, Place], to: tuple[Place, Place]) -> float | None:
-    """Return one change over another; None where the other does not stand for it."""
+    """Return the size of one change relative to another; None if that does not stand for it."""
     (before, after), (other_before, other_after) = of, to
     if not before.near(other_before) or not after.same_kind(other_after):
         return None
     scaled, other_scaled = (b.log_factor - a.log_factor for a, b in (of, to))
-    if before.paths != after.paths:  # there are other parts
+    if before.paths != after.paths:  # the numbers are not the same ones
         alike = abs(scaled - other_scaled) < ROUNDING and after.near(other_after)
         return 1.0 if alike else None
     change, other = after.at - before.at, other_after.at - other_before.at
-    if not other.any():  # it differs by other things than numbers, or needs no simulation
+    if not other.any():  # more than numbers changes, or no simulation is needed
         alike = not change.any() and scaled == other_scaled
         return 1.0 if alike and after.rest != before.rest else None
     change, other = np.append(change, scaled), np.append(other, other_scaled)

@@ -1,4 +1,4 @@
-"""What a step of an effect's amplitude changes of all curves, from simulations of few stalks."""
+"""Change of all curves by a step of an effect's amplitude, from simulations of a few stalks."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from ramiefenics.specification import BendingTest
 
 @dataclass(frozen=True)
 class Stepping:
-    """A step in two: by the numbers in which specimens differ, see `following`, and by the rest.
+    """A step in two parts: in the numbers by which specimens differ, and in all the rest.
 
-    The first changes curves as it changes those without any effect, which are learned.
+    The first part, see `following`, changes curves as it changes those without any effect, which
+    are learned.
 
     Attributes
     ----------
     without, without_after
-        Specifications without effects, before and after the first.
+        Specifications without effects, before and after the first part.
     before, between, after
-        Specifications before, between and after the two.
+        Specifications before, between and after the two parts.
     carried
-        What the second takes.
+        Simulations for the second part, and how they are carried over.
     known
-        Whether the curve before them is one without effects, and so learned, of every stalk.
+        Whether the curve of each stalk before the step is one without effects, and so is learned.
     """
 
     without: Sequence[BendingTest]
@@ -51,7 +52,7 @@ class Stepping:
         Parameters
         ----------
         without, before, after
-            Specifications without any effect, as they are, and after the step.
+            Specifications without any effect, before the step, and after it.
         """
         between = following(before, after)
         without, without_after = (following(without, some) for some in (before, between))
@@ -64,7 +65,7 @@ class Stepping:
 
     @property
     def simulated(self) -> list[BendingTest]:
-        """Specifications of which curves are wanted."""
+        """Specifications whose curves are needed."""
         pairs = zip(self.without, self.without_after, strict=True)
         chosen = self.carried.chosen
         return [
@@ -81,9 +82,9 @@ class Stepping:
         Parameters
         ----------
         curves
-            Before it.
+            Curves before the step.
         of
-            Returns those of `simulated`.
+            Returns the curve of a specification in `simulated`.
         """
         followed = list(curves)
         for i, curve in enumerate(curves):

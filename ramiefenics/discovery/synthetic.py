@@ -1,4 +1,4 @@
-"""Measured folders made up by simulation, with effects in them or none."""
+"""Synthetic data sets, made by simulation, with or without effects in them."""
 
 from __future__ import annotations
 
@@ -35,32 +35,33 @@ MESH = MeshRecipe(
     growth=0.3,
     coarse_size=0.2,
 )
-"""Other meshes than `discover` uses, and finer: real stalks have none. At the ends of the range its
-forces are within 1 % of the recipe `fine`, between them within 0.5 %."""
+"""Mesh recipe that differs from those that `discover` uses, and is finer, because real stalks have
+no mesh. At the ends of the range its forces are within 1 % of those of the recipe `fine`, and in
+between within 0.5 %."""
 
 TRAVEL_MM, ROW_MM, SPEED_MM_PER_S = 14.0, 0.05, 1.0 / 6.0
 GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
-"""Mean and sd over the specimens, those of Tables 3 and 8."""
+"""Mean and standard deviation over the specimens, those of Tables 3 and 8."""
 
 HEIGHTS_MM = (0.0, 1200.0)
 COMMON_SD, OWN_SD = 0.1, 0.05
-"""Of the log moduli: of the batch, and of a specimen in it."""
+"""Standard deviations of the log moduli: of the batch, and of a specimen within it."""
 
 NOISE_SHARE, NOISE_LENGTH_MM, RESOLUTION_N = 0.01, 0.5, 0.1
 
 
 @dataclass(frozen=True)
 class Secret:
-    """What is in a data set.
+    """An effect hidden in a data set.
 
     Attributes
     ----------
     effect
-        None for nothing.
+        The effect; None for nothing.
     amplitude
-        In its unit.
+        Its mean amplitude, in its unit.
     spread
-        Standard deviation of what it differs by between specimens, in its unit.
+        Standard deviation of the amplitude between specimens, in its unit.
     """
 
     effect: Effect | None
@@ -70,7 +71,7 @@ class Secret:
     def apply(
         self, stalks: Sequence[Sequence[BendingTest]], rng: np.random.Generator
     ) -> list[list[BendingTest]]:
-        """Return the tests of every stalk with it; all tests of one have the same amplitude."""
+        """Return the tests of every stalk with the effect; a stalk's tests share its amplitude."""
         if self.effect is None:
             return [list(tests) for tests in stalks]
         effect = self.effect.centred([test for tests in stalks for test in tests])
@@ -83,16 +84,16 @@ class Secret:
 
 @dataclass(frozen=True)
 class Broken:
-    """A specimen whose forces no simulation has.
+    """A specimen whose forces no simulation reproduces.
 
     Attributes
     ----------
     specimen
-        Its number, from 0.
+        Its index, counted from 0.
     lost, from_mm
-        Share of the force that is missing where it has slipped, and from where on.
+        Share of the force that is missing once it has slipped, and the displacement of the slip.
     scale
-        By what its forces are wrong throughout.
+        Factor by which its forces are wrong throughout.
     """
 
     specimen: int = 0
@@ -101,7 +102,7 @@ class Broken:
     scale: float = 1.0
 
     def force(self, force: Array, at: Array) -> Array:
-        """Return what is recorded in place of a force."""
+        """Return the force that is recorded in place of the true one."""
         return np.asarray(self.scale * force * np.where(at >= self.from_mm, 1.0 - self.lost, 1.0))
 
 
@@ -119,40 +120,40 @@ def make_dataset(
     mistaken: Mapping[str, float] | None = None,
     unloaded: bool = False,
 ) -> None:
-    """Write a measured folder: stalks like the published ones, bent by the full simulator.
+    """Write a data set of stalks like the published ones, bent by the full simulator.
 
-    Geometry and moduli scatter; the former, the specimens' place on the plant and where their
-    diameters were measured are in `specimens.csv`, the moduli are not. Noise is correlated over
-    half a millimetre; the load cell resolves 0.1 N.
+    Geometry and moduli scatter. `specimens.csv` contains the geometry, the specimens' place on the
+    plant and where their diameters were measured, but not the moduli. Noise is correlated over half
+    a millimetre; the load cell resolves 0.1 N.
 
     Parameters
     ----------
     folder
-        To be made.
+        Folder to be created.
     secrets
-        What is hidden; of several, one after the other is put in.
+        Hidden effects; several are applied one after the other.
     seed
-        Of everything random.
+        Seed of all random numbers.
     runs
-        Does the simulations.
+        Runs the simulations.
     specimens
-        Their number.
+        Number of specimens.
     mesh
-        Of the simulations.
+        Mesh recipe of the simulations.
     travel_mm
-        Up to which the curves go.
+        Displacement at which the loading ends.
     tests
-        Settings of each test that every specimen is given, as `tests.csv` has them; effects come on
-        top of these. A stalk does not feel its tests before.
+        Settings of each test that every specimen undergoes, as in `tests.csv`; effects are applied
+        on top of these. A stalk is not affected by its earlier tests.
     noise
-        Its standard deviation over the peak force.
+        Standard deviation of the noise, relative to the peak force.
     broken
-        Specimens that are not like the others.
+        Specimens that are unlike the others.
     mistaken
-        Settings that all tests have, unless they have their own, and nobody noted: for instance
-        ``{"fixture.span_mm": 92.0}`` where `dataset.toml` has 100.
+        Settings of all tests that do not have their own, which nobody noted: for instance
+        ``{"fixture.span_mm": 92.0}`` where `dataset.toml` says 100.
     unloaded
-        Whether the curves go on until the stalk is free again.
+        Whether the curves continue until the stalk is unloaded again.
     """
     rng = np.random.default_rng(seed)
     rows, stalks = _stalks(rng, specimens, mesh, travel_mm)
@@ -180,7 +181,7 @@ def make_dataset(
 
 
 def _forces(tests: Sequence[BendingTest], at: Array, runs: Mapper, unloaded: bool) -> list[Array]:
-    """Return the recorded forces of tests at displacements, and on the way back."""
+    """Return the recorded forces at displacements, followed by those of unloading if wanted."""
     curves = simulated(runs, [CurveTask(test) for test in tests])
     there = [recorded(test, curve, at) for test, curve in zip(tests, curves, strict=True)]
     if not unloaded:
@@ -189,7 +190,8 @@ def _forces(tests: Sequence[BendingTest], at: Array, runs: Mapper, unloaded: boo
     for test, curve in zip(tests, curves, strict=True):
         travel = curve["displacement_mm"].to_numpy()
         displacement, _ = test.machine.recorded(travel, curve["force_N"].to_numpy())
-        turn = float(np.interp(at[-1], displacement, travel))  # the drive goes as far
+        # the indenter turns at the last recorded displacement
+        turn = float(np.interp(at[-1], displacement, travel))
         protocol = replace(
             test.protocol, travel_mm=turn, save_every_mm=turn, then=(Target(to_mm=0.0),)
         )
@@ -214,7 +216,7 @@ def _list(
     tests: Sequence[Mapping[str, float]],
     unloaded: bool,
 ) -> None:
-    """Write the tables of specimens and tests, and what they mean."""
+    """Write the tables of specimens and tests, and the `dataset.toml` that describes them."""
     layout = _layout()
     if unloaded:
         layout["then"] = [{"to_mm": 0.0}]
@@ -235,7 +237,7 @@ def _list(
 def _stalks(
     rng: np.random.Generator, number: int, mesh: MeshRecipe, travel_mm: float
 ) -> tuple[list[dict[str, str]], list[BendingTest]]:
-    """Return rows of `specimens.csv` and true specifications, effect excluded."""
+    """Return the rows of `specimens.csv`, and the true specifications without effects."""
     positions = rng.permutation(np.linspace(*HEIGHTS_MM, number))
     ends = rng.permutation(np.resize([-90.0, 90.0], number))
     used = factors(ramie(14.4, 7.4, 0.67))
@@ -268,7 +270,7 @@ def _stalks(
 
 
 def _noisy(force: Array, at: Array, share: float, rng: np.random.Generator) -> Array:
-    """Add correlated noise, and round to what the load cell resolves."""
+    """Add correlated noise, and round to the resolution of the load cell."""
     covariance = np.exp(-np.abs(at[:, None] - at) / NOISE_LENGTH_MM)
     noise = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(at))) @ rng.standard_normal(len(at))
     noisy = force + share * force.max() * noise

@@ -1,4 +1,4 @@
-"""What the evidence allows to say: none, cause, ambiguous, conflict or unknown."""
+"""Verdict that the evidence allows: none, cause, ambiguous, conflict or unknown."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import log_evidence
 
 INDIFFERENT = "makes no difference to these curves"
-"""Why a suspect is not tried that could be."""
+"""Reason for not trying a suspect that could be tried."""
 
 SIGNIFICANCE = 0.001
-"""Probability, without any effect, of what is found: one in a thousand data sets without any is
-accused."""
+"""Probability, if no effect is present, below which a result is significant: one in a thousand data
+sets without any effect is accused."""
 
 IMPROBABLE = 0.01
-"""Probability of no effect given the data, among the sets of effects that were fitted. At most one
-in a hundred data sets without any would give a smaller one (Ville 1939), if standard deviations
-were known; they are the most probable ones."""
+"""Posterior probability of no effect, among the sets of effects that were fitted, below which
+something is missing. If standard deviations were known, at most one in a hundred data sets without
+any effect would give a smaller probability (Ville 1939); here they are estimated."""
 
 ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
@@ -32,7 +32,7 @@ VERDICTS = {
     "conflict": "fitted factors contradict what was stated of them, and no effect explains it",
     "unknown": "something is missing, and no set of the suspects explains it",
 }
-"""By name, what each means."""
+"""Meaning of each verdict, by name."""
 
 
 def decide(
@@ -47,15 +47,15 @@ def decide(
     Parameters
     ----------
     shown
-        Whether some effect is told from none.
+        Whether the data show that some effect is present.
     misfit
-        Probability of what the best model leaves.
+        Probability of the misfit that the best model leaves.
     conflict
-        Probability of the fitted factors.
+        Probability of the fitted factors given what was stated of them.
     groups
-        Of effects of each of which one is there.
+        Groups of effects, at least one effect of each being present.
     alone
-        Whether there was a group besides that only one specimen speaks for.
+        Whether there was a further group for which only one specimen speaks.
     """
     if misfit < SIGNIFICANCE:
         return "unknown"
@@ -67,17 +67,18 @@ def decide(
 
 
 def least_gain(fit: Fit, name: str, fitted: float) -> tuple[int, float]:
-    """Return the specimen without which an effect gains least, and how much that is.
+    """Return the specimen without which an effect gains least, and that gain.
 
-    No single specimen, whose handling may be its own, is to decide.
+    No single specimen is to decide, because it may have been handled differently.
 
     Parameters
     ----------
     fit, name
-        A set of effects that is fitted, and one of them.
+        A fitted set of effects, and one of these effects.
     fitted
-        What that gains in log-evidence over the others, each set where it fits. By the derivatives
-        where all are fitted it may be less; they tell what a specimen contributes.
+        Gain of that effect in log-evidence, between the sets with and without it, each evaluated
+        where it fits. The gain by the derivatives where all effects are fitted may be less, and
+        only tells what a specimen contributes.
     """
     others = [other for other in fit.chosen if other != name]
     scatter = dataclasses.replace(fit.scatter, spread={})

@@ -1,4 +1,4 @@
-"""Suspected causes: what a simulation may be lacking, one module each; a new one is listed here."""
+"""Effects that a simulation may be lacking, one module each; new ones are listed here."""
 
 from ramiefenics.effects.bark_slip import BARK_SLIP
 from ramiefenics.effects.base import Companion, Effect, load_effects
@@ -80,11 +80,11 @@ REMEMBERING = (
     GROWTH_STRESS,
     BARK_SLIP,
 )
-"""Effects of which a single loading shows hardly anything that others do not show."""
+"""Effects that a single loading hardly distinguishes from others."""
 
 SUSPECTS: dict[str, Effect] = {
     name: effect for name, effect in EFFECTS.items() if effect not in REMEMBERING
 }
-"""What `discover` tries unless it is told others."""
+"""Effects that `discover` tries by default."""
 
 __all__ = ["EFFECTS", "SUSPECTS", "Companion", "Effect", "load_effects"]

@@ -1,4 +1,4 @@
-"""What an effect is: a function from specification to specification, and what is known of it."""
+"""Definition of an effect: a function from specification to specification, and its description."""
 
 from __future__ import annotations
 
@@ -18,18 +18,16 @@ from ramiefenics.specification.user_file import load_objects
 
 @dataclass(frozen=True)
 class Companion:
-    """A second number that an effect comes with, and what is known of it before any test.
-
-    Its logarithm has a normal prior.
+    """A further parameter of an effect, and its prior, which is normal in the logarithm.
 
     Attributes
     ----------
     name
-        Of the argument of `Effect.apply`.
+        Name of the argument of `Effect.apply`.
     unit
-        ``1`` for a pure number.
+        Unit; ``1`` for a pure number.
     median
-        Of the prior; the argument's default.
+        Median of the prior, and default of the argument.
     log_sd
         Standard deviation of the logarithm.
     """
@@ -40,7 +38,7 @@ class Companion:
     log_sd: float
 
     def __str__(self) -> str:
-        """Tell its value with the interval of 95 %."""
+        """Return the value with its 95 % interval."""
         low, high = (self.median * math.exp(by * self.log_sd) for by in (-1.96, 1.96))
         unit = "" if self.unit == "1" else f" {self.unit}"
         return f"{self.name} = {self.median:g}{unit} (95 %: {low:.2g} to {high:.2g}{unit})"
@@ -48,44 +46,44 @@ class Companion:
 
 @dataclass(frozen=True)
 class Effect:
-    """Something that real stalks or machines have, and the baseline has not.
+    """A property of real stalks or machines that the baseline lacks.
 
     Attributes
     ----------
     name
-        One word.
+        Name, one word.
     physics
-        What it is, one sentence.
+        Physical description, one sentence.
     reference
-        Where that is described.
+        Publication that describes it.
     unit
-        Of the amplitude; ``1`` for a pure number.
+        Unit of the amplitude; ``1`` for a pure number.
     bounds
         Least and largest amplitude that makes sense.
     typical
-        An amplitude that is commonly met; within the bounds, not zero.
+        A common amplitude, within the bounds and not zero.
     apply
-        From a specification and an amplitude to the specification with the effect; the same
-        specification if the amplitude is zero. Raises `SpecificationError` where the effect has
-        no meaning.
+        Function from a specification and an amplitude to the specification with the effect, which
+        is unchanged if the amplitude is zero. Raises `SpecificationError` where the effect has no
+        meaning.
     covariates
-        For effects by which specimens differ, from arguments of `apply` to keys of the
-        specification. Where zero is, is a matter of convention for these (a height above ground,
-        an age), so it is put at the mean of a data set's specimens, and `apply` is given that mean:
-        otherwise the effect would also change all specimens alike, as an error of the load cell
-        does. A quantity whose zero has a meaning (a distance from midspan) is no covariate.
+        For effects by which specimens differ: keys of the specification, by argument of `apply`.
+        The zero of these quantities is a matter of convention (a height above ground, an age), so
+        it is put at their mean over the specimens of a data set, and `apply` is given that mean.
+        Otherwise the effect would also change all specimens alike, as an error of the load cell
+        does. A quantity whose zero has a meaning (a distance from midspan) is not a covariate.
     enters
-        Where in the model it enters, one line.
+        Place where the effect enters the model, one line.
     companions
-        Further numbers, which are as little known as the amplitude; see `given`.
+        Further parameters, which are as uncertain as the amplitude; see `given`.
     per_specimen
-        Whether its amplitude differs from specimen to specimen, as how one lay on its supports
-        does; else all specimens of a batch, or of a machine, share it.
+        Whether the amplitude differs from specimen to specimen, as the position on the supports
+        does; otherwise all specimens of a batch, or of a machine, share it.
     span_mm
-        Span of the tests that bounds and typical size are stated for, to which they are in
-        proportion; 0, the default, where they are the same for all. See `sized`.
+        Span of the tests for which bounds and typical amplitude are stated, to which they are
+        proportional; 0, the default, if they are the same for all spans. See `sized`.
     file
-        Of the user's own that defines it, as `load_effects` notes; None of a shipped one.
+        User's file that defines the effect, set by `load_effects`; None for a shipped effect.
     """
 
     name: str
@@ -103,7 +101,7 @@ class Effect:
     file: Path | None = None
 
     def __post_init__(self) -> None:
-        """Check name and amplitudes."""
+        """Check name, amplitudes, covariates and companions."""
         if not self.name.isidentifier():
             raise SpecificationError("effect.name", self.name, "must be one word")
         low, high = self.bounds
@@ -127,7 +125,7 @@ class Effect:
                 raise SpecificationError(f"effect {self.name}.companions", companion.name, allowed)
 
     def given(self, **values: float) -> Effect:
-        """Return the effect with values of its companions in place of their medians.
+        """Return the effect with given values of its companions in place of their medians.
 
         Raises
         ------
@@ -143,18 +141,18 @@ class Effect:
         return replace(self, apply=partial(self.apply, **values), companions=companions)
 
     def centred(self, tests: Sequence[BendingTest]) -> Effect:
-        """Return the effect with its covariates counted from their means over these tests.
+        """Return the effect with its covariates relative to their means over these tests.
 
         Raises
         ------
         SpecificationError
-            If a covariate is no number of the specification.
+            If a covariate is not a number in the specification.
         """
         means = {argument: self._mean(key, tests) for argument, key in self.covariates.items()}
         return replace(self, apply=partial(self.apply, **means))
 
     def sized(self, tests: Sequence[BendingTest]) -> Effect:
-        """Return the effect with bounds and typical size for the mean span of these tests."""
+        """Return the effect with bounds and typical amplitude for the mean span of these tests."""
         spans = [_span_mm(test) for test in tests]
         if self.span_mm == 0.0 or not all(spans):
             return self
@@ -173,12 +171,12 @@ class Effect:
 
 
 def _span_mm(test: BendingTest) -> float:
-    """Return how far apart the outermost cylinders that do not move are."""
+    """Return the distance between the outermost fixed cylinders, mm."""
     places = [cylinder.z_mm for cylinder in test.fixture.cylinders if not cylinder.moves]
     return float(np.ptp(places)) if places else 0.0
 
 
 def load_effects(path: str | Path) -> dict[str, Effect]:
-    """Run a Python file, and return the effects that it defines, by name; see `load_objects`."""
+    """Run a Python file and return the effects that it defines, by name; see `load_objects`."""
     found = load_objects(path, Effect, "effects")
     return {effect.name: replace(effect, file=Path(path)) for effect in found}

@@ -12,7 +12,7 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
         return test
     return with_large_strain(
         test,
-        # of what is left, so that two such causes never leave less than nothing
+        # a share of what is left, so that two such effects never take away more than all
         lambda x: replace(x, bimodularity=1.0 - (1.0 - amplitude) * (1.0 - x.bimodularity)),
     )
 

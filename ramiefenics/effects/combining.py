@@ -1,4 +1,4 @@
-"""Several effects in one specification, and which of them cannot be together."""
+"""Several effects in one specification, and which of them cannot be combined."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ramiefenics.specification.checks import checked_number
 
 
 def with_effects(test: BendingTest, effects: Iterable[tuple[Effect, float]]) -> BendingTest:
-    """Return the specification with effects, each of an amplitude, one after the other.
+    """Return the specification with effects of given amplitudes, applied one after the other.
 
     Raises
     ------
     SpecificationError
-        If an amplitude is outside the bounds, or an effect has no meaning for what is there.
+        If an amplitude is outside the bounds, or an effect has no meaning for the specification.
     """
     for effect, amplitude in effects:
         low, high = effect.bounds
@@ -31,17 +31,17 @@ def with_effects(test: BendingTest, effects: Iterable[tuple[Effect, float]]) -> 
 
 
 def exclusions(test: BendingTest, effects: Mapping[str, Effect]) -> dict[tuple[str, str], str]:
-    """Return which pairs of effects, in that order, the specification refuses, and why.
+    """Return the ordered pairs of effects that the specification refuses, with the reason.
 
-    Each has its typical amplitude. Where only one of the two orders is refused, the other is the
-    way to combine them.
+    Each effect has its typical amplitude. If only one of the two orders is refused, the effects can
+    be combined in the other.
 
     Parameters
     ----------
     test
         A specification to which each effect can be applied alone.
     effects
-        By name.
+        Effects by name.
     """
     refused = {}
     for first, second in itertools.permutations(effects.values(), 2):

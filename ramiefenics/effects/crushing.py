@@ -1,4 +1,4 @@
-"""Tissue is crushed for good."""
+"""Tissue is crushed permanently."""
 
 from ramiefenics.effects.base import Companion, Effect
 from ramiefenics.effects.materials import with_part

@@ -1,4 +1,4 @@
-"""The drive goes less far than it says."""
+"""The recorded displacement is too large by a factor."""
 
 from dataclasses import replace
 

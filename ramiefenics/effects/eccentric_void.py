@@ -1,4 +1,4 @@
-"""The void is not in the middle."""
+"""The void is off the stalk's axis."""
 
 from dataclasses import replace
 

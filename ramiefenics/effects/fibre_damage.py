@@ -1,4 +1,4 @@
-"""Fibres break."""
+"""Fibres break one by one."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from ramiefenics.specification import BendingTest
 
 
 def damaged(test: BendingTest, amplitude: float) -> BendingTest:
-    """Return the test with that much more damage of the fibres."""
+    """Return the test with the damage of the fibres increased by an amplitude."""
     return with_large_strain(test, lambda x: replace(x, fibre_damage=x.fibre_damage + amplitude))
 
 

@@ -1,4 +1,4 @@
-"""Fibres give way in compression earlier, or later."""
+"""Fibres give way in compression at another stress."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Indenter and supports are rounder."""
+"""Indenter and supports have larger radii than noted."""
 
 from dataclasses import replace
 

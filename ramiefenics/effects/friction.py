@@ -1,4 +1,4 @@
-"""The fixture grips more."""
+"""Friction on the fixture is higher than noted."""
 
 from dataclasses import replace
 

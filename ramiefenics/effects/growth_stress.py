@@ -1,4 +1,4 @@
-"""The stalk is under stress before it is touched."""
+"""The stalk is under stress before loading."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Fibres that broke stay broken."""
+"""Broken fibres stay broken."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The load cell reads too much."""
+"""The load cell reads too high by a factor."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The machine gives way."""
+"""The testing machine is compliant."""
 
 from dataclasses import replace
 

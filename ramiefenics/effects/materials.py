@@ -1,4 +1,4 @@
-"""What several effects do to the materials of all layers."""
+"""Changes to the materials of all layers that several effects have in common."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PARTS = {
     "viscoelasticity": frozenset({"viscoelasticity"}),
     "inelastic_viscoelasticity": frozenset({"inelastic", "viscoelasticity"}),
 }
-"""What is not elastic in the laws that are the default one but for that."""
+"""Inelastic parts of each law that otherwise equals the default one."""
 
 
 def with_materials(test: BendingTest, change: Callable[[Material], Material]) -> BendingTest:
@@ -31,12 +31,12 @@ def with_large_strain(
 
 
 def law_with(test: BendingTest, part: str) -> str:
-    """Return the name of the law that has what the test's law has, and a part more.
+    """Return the name of the law that has the parts of the test's law, and one more.
 
     Raises
     ------
     SpecificationError
-        If the test's law is not made of such parts.
+        If the test's law is not in `PARTS`.
     """
     if test.law not in PARTS:
         allowed = f"must be one of {', '.join(PARTS)}, to which {part} can be added"
@@ -48,20 +48,20 @@ def law_with(test: BendingTest, part: str) -> str:
 def with_part(
     test: BendingTest, part: str, share: str, amount: float, **others: float
 ) -> BendingTest:
-    """Return the test with a part in its law, and more of a share that is one of its constants.
+    """Return the test with an inelastic part in its law, and with more of that part's share.
 
     Parameters
     ----------
     test
-        Of a law in `PARTS`.
+        Test with a law in `PARTS`.
     part
-        The law in which that share is all that is not elastic.
+        Inelastic part, as in `PARTS`.
     share
-        The constant's name.
+        Name of the constant of the law that is the part's share.
     amount
-        What is added to it.
+        Amount that is added to this constant.
     others
-        What other constants are set to.
+        Values to which other constants are set.
 
     Raises
     ------

@@ -10,7 +10,7 @@ def _apply(test: BendingTest, amplitude: float, reference: float = 0.0) -> Bendi
     if amplitude == 0.0:
         return test
     stalk = test.stalk
-    # what the stalk's own softening, if it has one, makes of the moduli there
+    # effect on the moduli, at this moisture, of the softening that the stalk may already have
     factor = replace(stalk, moisture=reference).moisture_factor
     stalk = replace(
         stalk,

@@ -1,4 +1,4 @@
-"""The fixture stiffens."""
+"""The compliant fixture stiffens as the force grows."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The indenter is not in the middle."""
+"""The indenter is not midway between the supports."""
 
 from dataclasses import replace
 

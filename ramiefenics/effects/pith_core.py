@@ -1,4 +1,4 @@
-"""The void is not empty."""
+"""Pith fills the void."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ from ramiefenics.effects.base import Effect
 from ramiefenics.specification import BendingTest, Elastic, Layer, Material, SpecificationError
 
 POISSON = 0.1
-"""Foams hardly widen when crushed (Gibson and Ashby 1997)."""
+"""Poisson's ratio of pith: foams hardly widen when crushed (Gibson and Ashby 1997)."""
 
 DENSITY_G_PER_CM3 = 0.05
 

@@ -1,4 +1,4 @@
-"""Tissue is stiffer outside."""
+"""Tissue is stiffer towards the outside of each layer."""
 
 from dataclasses import replace
 

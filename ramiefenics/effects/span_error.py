@@ -1,4 +1,4 @@
-"""The supports are not where they should be."""
+"""The supports are farther apart than noted."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tissue changes with its place on the plant."""
+"""Stiffness changes with the position on the plant."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ def _apply(test: BendingTest, amplitude: float, reference_mm: float = 0.0) -> Be
     if amplitude == 0.0:
         return test
     stalk = test.stalk
-    # what the stalk's own gradient, if it has one, makes of the moduli there
+    # effect on the moduli, at this position, of the gradient that the stalk may already have
     factor = replace(stalk, position_mm=reference_mm).position_factor
     stalk = replace(
         stalk,

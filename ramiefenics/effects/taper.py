@@ -1,4 +1,4 @@
-"""The stalk grows thinner along its length."""
+"""The stalk tapers along its length."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Tissue relaxes."""
+"""Stress in the tissue relaxes."""
 
 from ramiefenics.effects.base import Companion, Effect
 from ramiefenics.effects.materials import with_part

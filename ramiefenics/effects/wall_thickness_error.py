@@ -1,4 +1,4 @@
-"""The wall is thicker than was noted."""
+"""The wall is thicker than noted."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Measured force curves, what was bent to get them, and the raw files that they come from."""
+"""Measured force curves, their specimens, and the raw files from which they come."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -40,24 +40,24 @@ def read_raw(
     Parameters
     ----------
     paths
-        One per specimen.
+        Files, one per specimen.
     format
         A key of `READERS`, or a Python file that defines a `Reader`; by default the first of
-        `READERS` that takes the first file.
+        `READERS` that can read the first file.
     options
-        Of the format, for instance ``columns=("time_s", "force_N"), speed_mm_per_min=20.0``; see
-        its module in `ramiefenics.measured.readers`.
+        Options of the format, for instance ``columns=("time_s", "force_N"),
+        speed_mm_per_min=20.0``; see its module in `ramiefenics.measured.readers`.
 
     Returns
     -------
     dict
-        The curves by specimen: the file's name without ending, with its folder's before it where
-        two have the same.
+        Curves by specimen, which has the name of the file without its suffix; where two files have
+        the same name, that of the folder is put in front.
 
     Raises
     ------
     SpecificationError
-        If there is no such format, it has no such option, or on the first defect of a file.
+        If there is no such format, if it has no such option, or on the first defect of a file.
     """
     reader = guess_reader(paths, options) if format is None else find_reader(format)
     reader.check_options(options)

@@ -1,4 +1,4 @@
-"""What columns of a table change in the specification."""
+"""Changes to the specification by the columns of a table."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from ramiefenics.specification import BendingTest, override
 from ramiefenics.specification.numerics import DOMAINS
 
 PATH = "protocol.then"
-"""The only key whose column has no numbers: a list as in TOML, or nothing."""
+"""The only key whose column does not hold numbers, but a list as in TOML, or nothing."""
 
 
 def changes_by_row(
     path: Path, table: pd.DataFrame, keys: Mapping[str, Any], length: float
 ) -> list[list[str]]:
-    """Return what each row of a table changes, as `override` takes it.
+    """Return the changes that each row of a table makes, in the form that `override` takes.
 
     Parameters
     ----------
     path, table
-        See `read_table`.
+        File and its contents, see `read_table`.
     keys
-        From keys of the specification to the column that has their values, or to several, whose
-        mean it is.
+        Column with the values of each key of the specification; of several columns, the mean is
+        taken.
     length
-        What the table's unit of length is worth in mm.
+        Value of the table's unit of length in mm.
 
     Raises
     ------
     SpecificationError
-        If there is no such column, or a cell is no number.
+        If there is no such column, or a cell is not a number.
     """
     columns = {key: listed(value) for key, value in keys.items()}
     need_columns(path, table, [name for names in columns.values() for name in names])
@@ -55,12 +55,12 @@ def changes_by_row(
 
 
 def changed(test: BendingTest, changes: Iterable[str]) -> BendingTest:
-    """Return the test with values changed, and on a larger domain if they need one.
+    """Return the test with values changed, on a larger domain if they require one.
 
     Raises
     ------
     SpecificationError
-        On an unknown key or a value that is refused.
+        If a key is unknown or a value is refused.
     """
     whole = override(test, [*changes, "numerics.domain=full"])
     domain = max(test.numerics.domain, whole.least_domain[0], key=DOMAINS.index)

@@ -1,4 +1,4 @@
-"""Files of measured curves: the loading, and what follows it."""
+"""Files of measured curves: the loading and what follows it."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from ramiefenics.measured.tables import need_columns, numbers, read_table
 from ramiefenics.specification import SpecificationError
 
 HELD = 1e-3
-"""Share of the range within which a displacement is the largest one: machines that hold it move."""
+"""Share of the range within which a displacement counts as the largest; in a hold it drifts."""
 
 
 def read_curve(path: Path, layout: Layout, follows: bool) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Read the file of a curve, and check it.
+    """Read and check the file of a curve.
 
     Parameters
     ----------
     path
         The file.
     layout
-        Names and units of its columns.
+        Names and units of the columns.
     follows
-        Whether something follows the loading, which must go farthest then.
+        Whether something follows the loading, which must then reach the largest displacement.
 
     Returns
     -------
     tuple
-        The loading, in the order of ``displacement_mm``, and the rows after it, as recorded; both
-        with ``force_N``, and ``time_s`` if known.
+        The loading, by ascending ``displacement_mm``, and the rows after it, as recorded; both with
+        ``force_N``, and ``time_s`` if known.
 
     Raises
     ------
     SpecificationError
-        On the first defect: file, row, and what to do.
+        On the first defect; the message names file, row and remedy.
     """
     table = read_table(path)
     columns, units = layout.columns, layout.units

@@ -1,6 +1,6 @@
 """A folder of measured data: `dataset.toml`, `specimens.csv`, one CSV file per curve.
 
-Where specimens are tested several times there is also `tests.csv`, with a row per test.
+If specimens are tested several times, there is also `tests.csv`, with one row per test.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ if TYPE_CHECKING:
     import xarray as xr
 
 POINTS = 401
-"""Of every curve as an array."""
+"""Number of displacements to which every curve is interpolated for xarray."""
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """Measured curves that one specification stands for.
+    """Measured curves of specimens that share a baseline specification.
 
     Attributes
     ----------
     folder
-        Where it was read.
+        Folder from which the data set was read.
     layout
-        What `dataset.toml` says.
+        Contents of `dataset.toml`.
     baseline
-        The specification before a specimen's own values.
+        Specification before each specimen's own values are inserted.
     records
-        All tests, in the order of the files; those of one specimen together.
+        All tests in the order of the files, with those of one specimen together.
     """
 
     folder: Path
@@ -62,7 +62,7 @@ class Dataset:
 
     @property
     def title(self) -> str:
-        """As `dataset.toml` has it, or the folder's name."""
+        """Title in `dataset.toml`, or else the name of the folder."""
         return self.layout.title or self.folder.name
 
     @property
@@ -72,15 +72,15 @@ class Dataset:
 
     @property
     def curves(self) -> dict[str, pd.DataFrame]:
-        """Tables with ``displacement_mm`` and ``force_N``, by the names of the records."""
+        """Tables with ``displacement_mm`` and ``force_N``, by name of the record."""
         return {record.name: record.curve for record in self.records}
 
     def to_xarray(self) -> xr.Dataset:
-        """Return all curves over the same displacements, as xarray has them.
+        """Return all curves at the same displacements, as an xarray data set.
 
-        ``force_N`` with the dimensions ``curve`` and ``displacement_mm``, between the rows of the
-        record by straight lines, NaN where there are none; along ``curve`` the names of specimens
-        and what the tables say of them.
+        ``force_N`` has the dimensions ``curve`` and ``displacement_mm``. It is interpolated
+        linearly between the rows of a record, and NaN outside them. The coordinates along ``curve``
+        are the names of the specimens and the further columns of the tables.
         """
         import xarray as xr
 
@@ -107,12 +107,12 @@ class Dataset:
 
     @property
     def range_mm(self) -> tuple[float, float]:
-        """Displacements between which curves are compared; some may end before."""
+        """Displacements between which curves are compared; some curves may end earlier."""
         return self.layout.from_mm, max(record.range_mm[1] for record in self.records)
 
     @property
     def conditions(self) -> tuple[tuple[str, ...], ...]:
-        """What `tests.csv` says of every record, if there is one, and what the path is."""
+        """Conditions of every record: its values in `tests.csv`, if there is one, and its path."""
         columns = [name for names in self.layout.tests.values() for name in listed(names)]
         return tuple(
             (*(record.row[name] for name in columns), repr(record.test.protocol.then))
@@ -120,19 +120,19 @@ class Dataset:
         )
 
     def notes(self) -> list[str]:
-        """Return what of the records is not compared."""
+        """Return notes on the parts of the records that are not compared."""
         names = [record.name for record in self.records if not record.after.empty]
         if not names:
             return []
         return [f"what follows the loading is kept, but not compared: {', '.join(names)}"]
 
     def check_starts(self) -> None:
-        """Check that every curve has begun where the comparison does.
+        """Check that no curve begins later than the comparison.
 
         Raises
         ------
         SpecificationError
-            Naming the file of the curve that begins last.
+            If one does; the message names the file of the curve that begins last.
         """
         starts = [float(r.curve["displacement_mm"].iloc[0]) for r in self.records]
         last = int(np.argmax([a - r.at_mm[0] for a, r in zip(starts, self.records, strict=True)]))
@@ -150,7 +150,7 @@ class Dataset:
 
 
 def _numbers(column: pd.Series) -> list[str] | list[float]:
-    """Return the cells as numbers if all of them are."""
+    """Return the cells as numbers if all of them are numbers, else as text."""
     try:
         return [float(cell) for cell in column]
     except ValueError:
@@ -163,7 +163,7 @@ def read_dataset(folder: str | Path) -> Dataset:
     Raises
     ------
     SpecificationError
-        On the first defect: file, row, and what to do.
+        On the first defect; the message names file, row and remedy.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -176,7 +176,7 @@ def read_dataset(folder: str | Path) -> Dataset:
     rows = list_tests(folder, layout)
     dataset = Dataset(folder, layout, baseline, tuple(_records(folder, layout, baseline, rows)))
     _check_together(dataset, rows)
-    if layout.seating.zero == "machine":  # the others put the zero before the first row
+    if layout.seating.zero == "machine":  # the other choices put zero before the first row
         dataset.check_starts()
     return dataset
 

@@ -1,4 +1,4 @@
-"""A folder of measured data, made from raw files."""
+"""Creation of a folder of measured data from raw files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ramiefenics.specification.files import archive_test
 from ramiefenics.specification.sources import as_test
 
 CURVES = "curves"
-"""Folder of the curves."""
+"""Name of the folder of the curves."""
 
 HEAD = """\
 # Measured data for `ramiefenics reduce` and `discover`; docs/discovery.md has what may be said.
@@ -38,12 +38,12 @@ HEAD = """\
 
 
 def check_new(folder: Path) -> None:
-    """Check that a folder has no data set yet, which may have been edited, nor raw files.
+    """Check that a folder has no files of a data set yet, as they may have been edited.
 
     Raises
     ------
     SpecificationError
-        If it has.
+        If it has any.
     """
     for name in ("dataset.toml", SPECIMENS, CURVES):
         if (folder / name).exists():
@@ -63,20 +63,20 @@ def write_dataset(
     Parameters
     ----------
     curves
-        By specimen. What their headers say goes to `specimens.csv`.
+        Curves by specimen. The values in their headers become columns of `specimens.csv`.
     folder
-        Made if it does not exist; nothing appears half-written.
+        Folder, created if it does not exist; nothing in it appears half-written.
     baseline
-        What stands for the specimens: a TOML file, which is copied, or a published test of ramie.
+        Baseline specification: a TOML file, which is copied, or a published test of ramie.
     speed_mm_per_min
-        Of the crosshead, for the record.
+        Speed of the crosshead, for the record.
     format
-        Of the raw files, as for `read_raw`, for the record; a Python file is copied.
+        Format of the raw files, as for `read_raw`, for the record; a Python file is copied.
 
     Raises
     ------
     SpecificationError
-        If there is a data set in the folder, or the baseline is not usable.
+        If there is a data set in the folder, or the baseline cannot be used.
     """
     folder = Path(folder)
     check_new(folder)
@@ -112,19 +112,19 @@ def write_dataset(
 def taken(
     curves: Mapping[str, RawCurve], baseline: str
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Return what raw files' headers say of specimens and supports, as in ``dataset.toml``.
+    """Return what the headers of raw files state about specimens and supports.
 
     Parameters
     ----------
     curves
-        By specimen.
+        Curves by specimen.
     baseline
-        What stands for them.
+        Baseline specification of the specimens.
 
     Returns
     -------
     tuple
-        Tables for ``dataset.toml``, and what was taken from where, a sentence each.
+        Tables for ``dataset.toml``, and one sentence on the origin of each value.
     """
     test = as_test(baseline)
     outermost = test.stalk.layers[-1].name
@@ -147,7 +147,7 @@ def taken(
 
 
 def _said_by_all(curves: Mapping[str, RawCurve], words: Sequence[str]) -> str:
-    """Return the first key of all headers with one of some words and a length in mm; or none."""
+    """Return the first key in all headers with one of some words and a length in mm, or ""."""
     first = next(iter(curves.values())).header
     for key in first:
         named = any(word in key.lower() for word in words) and "(mm)" in key.lower()
@@ -158,6 +158,6 @@ def _said_by_all(curves: Mapping[str, RawCurve], words: Sequence[str]) -> str:
 
 
 def _renamed(header: Mapping[str, str]) -> dict[str, str]:
-    """Return a header without the names that a data set needs for itself."""
+    """Return a header with those names changed that a data set needs for itself."""
     taken = ("specimen", "curve")
     return {f"{name} in the file" if name in taken else name: v for name, v in header.items()}

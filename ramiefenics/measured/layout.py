@@ -1,4 +1,4 @@
-"""What `dataset.toml` may say."""
+"""Contents of `dataset.toml`."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from ramiefenics.specification.checks import check_number, check_text
 
 @dataclass(frozen=True)
 class Columns:
-    """Which column means what.
+    """Names of the columns of the tables.
 
     Attributes
     ----------
-    specimen, curve
-        Of `specimens.csv`: name, and path of the curve's file beside `dataset.toml`; where
-        specimens are tested several times, of `tests.csv`.
+    specimen
+        Name of the specimen, in `specimens.csv`, and in `tests.csv` if there is one.
+    curve
+        Path of the curve's file, relative to the folder of `dataset.toml`: in `tests.csv` if there
+        is one, else in `specimens.csv`.
     test
-        Of `tests.csv`: what the test is called. It may be missing.
+        Name of the test, in `tests.csv`. The column may be missing.
     displacement, force, time
-        Of the curves. The time may be missing.
+        Columns of the curves. That of the time may be missing.
     """
 
     specimen: str = "specimen"
@@ -34,7 +36,7 @@ class Columns:
     time: str = "time_s"
 
     def __post_init__(self) -> None:
-        """Check that all are text, and that no column means two things."""
+        """Check that all are text, and that no column has two meanings."""
         for table in (("specimen", "curve", "test"), ("displacement", "force", "time")):
             taken: set[str] = set()
             for name in table:
@@ -55,56 +57,58 @@ class Units:
     specimens: str = "mm"
 
     def __post_init__(self) -> None:
-        """Check that all are known."""
+        """Check that all units are known."""
         for name in ("displacement", "force", "time", "specimens"):
             self.factor(name)
 
     def factor(self, name: str) -> float:
-        """Return what one of a unit is worth in mm, N or s."""
+        """Return the value of a unit in mm, N or s."""
         inside = {"force": "N", "time": "s"}.get(name, "mm")
         return unit_factor(name, getattr(self, name), inside)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What `dataset.toml` may say.
+    """Contents of `dataset.toml`.
 
     Attributes
     ----------
     title
-        One line.
+        Title, one line.
     baseline
-        A published test, or a specification beside `dataset.toml`.
+        Name of a published test, or a specification file beside `dataset.toml`.
     fixture
-        Changes of the baseline's fixture: ``span_mm``, ``indenter_radius_mm``, ...
+        Changes to the baseline's fixture: ``span_mm``, ``indenter_radius_mm``, ...
     speed_mm_per_min
-        Of the crosshead; for the record.
+        Speed of the crosshead, for the record.
     format
-        Of the raw files that the curves were read from; for the record.
-    columns, units
-        How to read the tables.
+        Format of the raw files from which the curves were read, for the record.
+    columns
+        Names of the columns of the tables.
+    units
+        Units of the columns of the tables.
     seating
-        Where displacement begins; by default where the machine says.
+        Where displacement begins; by default at the zero of the machine.
     specimens
-        From keys of the specification to the columns of `specimens.csv` that have their values, for
-        instance ``"stalk.void_diameter_mm" = "void_mm"``; the mean of several if a list.
+        Columns of `specimens.csv` by the keys of the specification whose values they hold, for
+        instance ``"stalk.void_diameter_mm" = "void_mm"``; of a list of columns, the mean is taken.
     tests
-        The same for the columns of `tests.csv`: ``"fixture.span_mm" = "span_mm"``. A test's own
-        value comes before its specimen's.
+        The same for the columns of `tests.csv`: ``"fixture.span_mm" = "span_mm"``. A value of the
+        test takes precedence over that of its specimen.
     then
         What follows the first loading in every record, unloading or holds; as `Protocol.then`.
     fit
-        Common factors fitted before anything is suspected, see `ramiefenics.discovery.factors`.
-        By default the axial and transverse moduli of every layer.
+        Common factors that are fitted before any effect is suspected, see
+        `ramiefenics.discovery.factors`. By default the axial and transverse moduli of every layer.
     fit_sd
-        How well these are known, standard deviation of their logarithms: 0.1 where the batch's
-        moduli were measured to 10 %. The more uncertain they are, the more of an effect they can
-        take up.
+        Uncertainty of these factors, as the standard deviation of their logarithms: 0.1 if the
+        moduli of the batch were measured to 10 %. The more uncertain they are, the more of an
+        effect they can take up.
     mesh
-        Recipe of the simulations, by name or in full.
+        Mesh recipe of the simulations, by name or in full.
     from_mm, to_mm
-        Range of displacement that is compared; by default from 0 to where each curve ends.
-        Every curve has to begin before the first displacement that is compared.
+        Range of displacements that is compared; by default from 0 to the end of each curve. Every
+        curve must begin before the first displacement that is compared.
     """
 
     baseline: str
@@ -125,7 +129,7 @@ class Layout:
     to_mm: float | None = None
 
     def __post_init__(self) -> None:
-        """Check each by itself."""
+        """Check each value by itself."""
         check_text(self, "baseline")
         check_number(self, "from_mm", at_least=0.0, unit="mm")
         check_number(self, "fit_sd", above=0.0)
@@ -140,5 +144,5 @@ class Layout:
 
 
 def listed(value: Any) -> list[Any]:
-    """Return a list as it is, anything else as the only entry of one."""
+    """Return a list as it is, and anything else as the only entry of a list."""
     return value if isinstance(value, list) else [value]

@@ -1,4 +1,4 @@
-"""Which tests were made of which specimens: `specimens.csv`, and `tests.csv` if there is one."""
+"""Lists of the specimens and their tests: `specimens.csv`, and `tests.csv` if there is one."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ SPECIMENS, TESTS = "specimens.csv", "tests.csv"
 
 @dataclass(frozen=True)
 class Listed:
-    """A test, as the files list it.
+    """A test as listed in the files.
 
     Attributes
     ----------
     file, number
-        Of its row.
+        File and number of its row.
     cells
-        Of that row, and of its specimen's, by column.
+        Cells of this row and of its specimen's row, by column.
     settings
-        What they change of the baseline, ``key=value``.
+        Changes to the baseline that the cells make, as ``key=value``.
     """
 
     file: str
@@ -35,17 +35,17 @@ class Listed:
     settings: tuple[str, ...]
 
     def place(self, column: str = "") -> str:
-        """Return where it stands, for errors."""
+        """Return the place of the row, or of one of its cells, for error messages."""
         return f"{self.file}, row {self.number}{column and f', {column}'}"
 
 
 def list_tests(folder: Path, layout: Layout) -> list[Listed]:
-    """Return all tests of a data set, those of one specimen together.
+    """Return all tests of a data set, with those of one specimen together.
 
     Raises
     ------
     SpecificationError
-        If a file has a defect, a specimen occurs twice, has no test, or is not listed, or a column
+        If a file has a defect, a specimen occurs twice, has no test or is not listed, or a column
         of `tests.csv` has no place in the specification.
     """
     tested = (folder / TESTS).is_file()
@@ -92,7 +92,7 @@ def _read(path: Path, layout: Layout, mapped: Mapping[str, Any], needs_curve: bo
 
 
 def _check_curves(specimens: list[Listed], layout: Layout) -> None:
-    """Check that a data set with a list of tests has its curves there only."""
+    """Check that `specimens.csv` names no curves, as `tests.csv` names them."""
     for row in specimens:
         if file := row.cells.get(layout.columns.curve):
             allowed = f"must be empty, as {TESTS} names the curves"
@@ -100,7 +100,10 @@ def _check_curves(specimens: list[Listed], layout: Layout) -> None:
 
 
 def _check_places(tests: list[Listed], layout: Layout) -> None:
-    """Check that all columns of `tests.csv` are used: what nobody reads is not the baseline's."""
+    """Check that all columns of `tests.csv` are used.
+
+    In an unused one, conditions may be stated that the baseline does not have.
+    """
     names = layout.columns
     mapped = [column for columns in layout.tests.values() for column in listed(columns)]
     for column in tests[0].cells:

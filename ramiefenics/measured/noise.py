@@ -1,4 +1,4 @@
-"""Curves without their noise, and the noise without the curve."""
+"""Noise of measured curves, and forces without it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Array = NDArray[np.float64]
 
 
 def level(curve: pd.DataFrame, at_mm: float, half_mm: float) -> float:
-    """Return the force at a displacement, N, by a straight line through the points around it.
+    """Return the force at a displacement, N, from a straight line through the points around it.
 
-    Where these are few, the curve is interpolated.
+    If there are few such points, the curve is interpolated.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def level(curve: pd.DataFrame, at_mm: float, half_mm: float) -> float:
     at_mm
         Displacement.
     half_mm
-        Points count that are as near as this.
+        Greatest distance of these points, mm.
     """
     travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
     near = np.abs(travel - at_mm) <= half_mm
@@ -36,10 +36,10 @@ def noise(curve: pd.DataFrame) -> float:
     """Estimate the standard deviation of a curve's noise from row to row, N.
 
     Every point is compared with the straight line between its neighbours (Gasser, Sroka and
-    Jennen-Steinmetz 1986, Eq. 2.3), which needs no model of the curve. The median in place of the
-    mean square (1.4826 times the median deviation of Gaussian noise is its standard deviation)
-    leaves out where the specimen cracks. Noise that stays the same over many rows, as that of a
-    filtered signal, is not seen: it is a lower bound then.
+    Jennen-Steinmetz 1986, Eq. 2.3), which needs no model of the curve. The median is used in place
+    of the mean square (the standard deviation of Gaussian noise is 1.4826 times its median
+    deviation), so that cracks of the specimen have no influence. Noise that persists over many
+    rows, as in a filtered signal, is not seen; the estimate is then a lower bound.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def noise(curve: pd.DataFrame) -> float:
     Returns
     -------
     float
-        N; NaN of fewer than three rows.
+        Standard deviation, N; NaN for fewer than three rows.
     """
     travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
-    if np.median(np.diff(travel)) == 0.0:  # recorded in steps longer than a row
+    if np.median(np.diff(travel)) == 0.0:  # displacement recorded less often than the force
         travel = np.arange(len(travel), dtype=np.float64)
     left, right = np.diff(travel)[:-1], np.diff(travel)[1:]
     told = (left > 0.0) & (right > 0.0)

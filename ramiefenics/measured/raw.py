@@ -1,4 +1,4 @@
-"""Raw files of testing machines, whatever their format."""
+"""Raw files of testing machines, in any format."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REMEDY = "correct it or remove the row, and export one specimen per file"
 
 @dataclass(frozen=True)
 class RawCurve:
-    """What one raw file says.
+    """Contents of one raw file.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class RawCurve:
     curve
         ``displacement_mm``, ``force_N`` (compression positive), and ``time_s`` if known.
     header
-        Name and value of what the file says besides, units in the names.
+        Other values in the file, by name; names include the unit.
     notes
-        What was changed to get there, in sentences.
+        Changes that were made to the data, in sentences.
     """
 
     path: Path
@@ -50,21 +50,21 @@ class RawCurve:
 def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
     """Return columns of a table of text as finite numbers.
 
-    Cells with a comma and none with a point in all of them mean that the comma is decimal.
+    If some of their cells have a comma and none has a point, the comma is a decimal one.
 
     Parameters
     ----------
     path
-        Named in errors.
+        File, named in errors.
     table
-        See `make_table`.
+        Table of text, see `make_table`.
     names
-        Of its columns.
+        Names of the columns.
 
     Raises
     ------
     SpecificationError
-        Naming file, row and column of the first cell that is no number.
+        If a cell is not a number; the message names file, row and column of the first.
     """
     wanted = table[list(names)]
     cells = wanted.to_numpy().ravel()
@@ -75,30 +75,30 @@ def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.Da
 
 
 def tidy(raw: RawCurve) -> RawCurve:
-    """Turn compression positive, and cut off where the specimen is unloaded.
+    """Make compression positive, and cut off the unloading.
 
     Parameters
     ----------
     raw
-        As recorded, the index of its curve the rows' numbers in the file.
+        Curve as recorded, indexed by the numbers of the rows in the file.
 
     Raises
     ------
     SpecificationError
-        If it is no record of a bending test, see `check_columns` and those after it.
+        If it is not a record of a bending test, see the checks in `ramiefenics.measured.records`.
     """
     path, curve, notes = raw.path, raw.curve, [*raw.notes]
     check_columns(path, curve)
     for name in ("force_N", "displacement_mm"):
         values = curve[name].to_numpy()
-        # a load cell may not have been zeroed, and one row may be wild
+        # median of several rows: the load cell may not be zeroed, and one row may be an outlier
         from_start = values - np.median(values[:5])
         if -from_start.min() > from_start.max():
-            if name == "displacement_mm":  # a position, whose origin means nothing once turned
+            if name == "displacement_mm":  # a position, whose origin is arbitrary once turned
                 values = values - values[0]
             curve = curve.assign(**{name: -values})
             notes.append(f"{path.name}: sign of {name} turned, compression counts positive")
-    check_steps(path, curve)  # or a wild row is taken for the end, and the rest for unloading
+    check_steps(path, curve)  # else an outlier would pass for the end, and the rest for unloading
     travel = curve["displacement_mm"].to_numpy()
     end = int(travel.argmax())
     if travel[end] - travel[end:].min() > BACK * np.ptp(travel):
@@ -110,17 +110,18 @@ def tidy(raw: RawCurve) -> RawCurve:
 
 
 def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> dict[str, RawCurve]:
-    """Read raw files by one reader, each under a name of its own.
+    """Read raw files with one reader, each under a unique name.
 
     Returns
     -------
     dict
-        By the file's name without ending, with its folder's before it where two have the same.
+        Curves by the name of the file without its suffix; where two files have the same name, that
+        of the folder is put in front.
 
     Raises
     ------
     SpecificationError
-        If there is no file, the same one twice, or two of the same content.
+        If there is no file, if folder and name occur twice, or if two files have the same content.
     """
     files = [Path(path) for path in paths]
     if not files:

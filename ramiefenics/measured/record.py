@@ -1,4 +1,4 @@
-"""One test of one specimen: its specification, and its curve as measured."""
+"""One test of one specimen: its specification and its measured curve."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ from ramiefenics.specification import BendingTest, SpecificationError
 log = logging.getLogger(__name__)
 
 REDUCED = "slopes and strengths are"
-"""What fixtures of data sets are for."""
+"""Reason in the message that refuses other fixtures, see `Arrangement.check_beam`."""
 
 POINTS = 28
-"""Displacements at which curves are compared: noise is correlated over about one such interval."""
+"""Number of displacements at which a curve is compared.
+
+Noise is correlated over about one of the intervals between them.
+"""
 
 
 @dataclass(frozen=True)
@@ -32,22 +35,22 @@ class Record:
     Attributes
     ----------
     name
-        Its own; the specimen's if that was tested once.
+        Unique name; that of the specimen if it was tested once.
     specimen
-        Name of what was tested.
+        Name of the specimen.
     test
-        The baseline with this specimen's geometry and covariates, and this test's conditions.
+        Baseline with the geometry and covariates of this specimen and the conditions of this test.
     curve
-        ``displacement_mm``, ascending, ``force_N``, and ``time_s`` if known.
+        Loading: ``displacement_mm``, ascending, ``force_N``, and ``time_s`` if known.
     range_mm
-        Displacements between which it is compared.
+        Displacements between which the curve is compared.
     row
         Cells of `specimens.csv`, and of `tests.csv` if there is one, by column, as text.
     straight_mm
-        Where the part of the curve begins and ends by whose line the displacement was zeroed; None
-        if it was not.
+        Start and end of the straight part whose line was used to zero the displacement; None if
+        there was none.
     after
-        Rows of what follows the loading (`test.protocol.then`), as recorded; empty if nothing does.
+        Rows after the loading (`test.protocol.then`), as recorded; empty if there are none.
     """
 
     name: str
@@ -61,7 +64,7 @@ class Record:
 
     @property
     def at_mm(self) -> Array:
-        """Displacements at which it is compared, equidistant, shape (POINTS,)."""
+        """Equidistant displacements at which the curve is compared, shape (POINTS,)."""
         low, high = self.range_mm
         return np.asarray(low + (high - low) * (np.arange(POINTS) + 1.0) / POINTS)
 
@@ -74,22 +77,22 @@ def read_record(
     layout: Layout,
     row: Mapping[str, str],
 ) -> Record:
-    """Read a test's curve.
+    """Read the curve of a test.
 
     Parameters
     ----------
     place
-        Where it is listed, for errors.
+        Place where the test is listed, for error messages.
     names
-        Of the record and of its specimen.
+        Names of the record and of its specimen.
     test
-        Its specification.
+        Specification of the test.
     path
-        Of the curve.
+        File of the curve.
     layout
-        What `dataset.toml` says.
+        Contents of `dataset.toml`.
     row
-        Its cells.
+        Cells of the test by column, see `Record`.
 
     Raises
     ------
@@ -115,10 +118,11 @@ def read_record(
 
 
 def _check_sizes(place: str, test: BendingTest, curve: pd.DataFrame) -> None:
-    """Check that no unit is taken for another.
+    """Check that no unit has been mistaken for another.
 
-    Nothing is bent farther than the supports are apart. No plant's fibre carries more than 2 GPa
-    (flax, among the strongest, 1.3 GPa: Baley 2002); P L / 4 W is for the section without void.
+    Nothing is bent farther than the supports are apart. No plant fibre carries more than 2 GPa
+    (flax, among the strongest, 1.3 GPa: Baley 2002); the nominal stress P L / 4 W is that of a
+    section without a void.
     """
     beam, stalk = test.fixture.check_beam(REDUCED), test.stalk
     span, arms = beam.supports_mm, 2.0 * beam.arm_mm

@@ -1,4 +1,4 @@
-"""What a record of a bending test has to be, whatever file it comes from."""
+"""Checks of the records of bending tests, whatever files they come from."""
 
 from __future__ import annotations
 
@@ -11,37 +11,40 @@ import pandas as pd
 from ramiefenics.specification import SpecificationError
 
 LEAST_ROWS = 20
-"""A curve with fewer is not worth a comparison."""
+"""Least number of rows of a curve that is worth comparing."""
 
 MOST = {"force_N": 1e5, "displacement_mm": 1e4}
-"""Thick culms of bamboo break at some 10 kN; no testing machine is 10 m high."""
+"""Largest plausible magnitude in each column.
+
+Thick culms of bamboo break at some 10 kN, and no testing machine is 10 m high.
+"""
 
 LEAST_CHANGE = {"force_N": 1e-6, "displacement_mm": 1e-3}
-"""What no machine that bends stalks resolves is no change."""
+"""Least change that counts as one; no machine that bends stalks resolves less."""
 
 BACK = 0.01
-"""Share of the range by which the displacement may go back, as vibration and rounding make it."""
+"""Share of the range by which the displacement may go back, due to vibration and rounding."""
 
 STEP = 0.1
-"""Share of the range by which it may go on from one row to the next: nobody measured between."""
+"""Share of the range by which the displacement may advance between rows; more is a gap."""
 
 
 def check_columns(path: Path, record: pd.DataFrame) -> None:
-    """Check each column of a record, and that they are not the same one.
+    """Check each column of a record, and that the force is not a copy of another column.
 
     Parameters
     ----------
     path
-        Named in errors.
+        File, named in errors.
     record
-        ``displacement_mm``, ``force_N``, and ``time_s`` if known, its index the rows' numbers in
-        the file.
+        ``displacement_mm``, ``force_N``, and ``time_s`` if known, indexed by the numbers of the
+        rows in the file.
 
     Raises
     ------
     SpecificationError
-        If rows are too few, a value is beyond what stalks and machines can do, force or
-        displacement stays where it is, or the force is a copy of another column.
+        If there are too few rows, a value is beyond what stalks and machines can reach, force or
+        displacement does not change, or the force is a copy of another column.
     """
     if len(record) < LEAST_ROWS:
         allowed = f"must be at least {LEAST_ROWS} for a curve"
@@ -61,7 +64,7 @@ def check_columns(path: Path, record: pd.DataFrame) -> None:
 
 
 def check_time(path: Path, record: pd.DataFrame) -> None:
-    """Check that the time of a record goes on, if it has any.
+    """Check that the time of a record, if there is one, never goes back.
 
     Raises
     ------
@@ -74,12 +77,12 @@ def check_time(path: Path, record: pd.DataFrame) -> None:
 
 
 def check_progress(path: Path, record: pd.DataFrame) -> None:
-    """Check that displacement and time of a record go on.
+    """Check that the displacement and the time of a record advance.
 
     Raises
     ------
     SpecificationError
-        If one of them goes back, or the displacement has too few values.
+        If either goes back, or the displacement has too few different values.
     """
     travel = record["displacement_mm"]
     number = travel.nunique()
@@ -100,7 +103,7 @@ def check_steps(path: Path, record: pd.DataFrame) -> None:
     Raises
     ------
     SpecificationError
-        If it leaves out too much from one row to the next.
+        If it advances too far from one row to the next.
     """
     travel = record["displacement_mm"]
     allowed = (
@@ -116,9 +119,9 @@ def _check_rows(path: Path, values: pd.Series[float], right: pd.Series[bool], al
 
 
 def same_record(records: Sequence[pd.DataFrame]) -> tuple[int, int] | None:
-    """Return which two of several records are the same, to the last digit; None if none are.
+    """Return the indices of two records that are the same to the last digit, or None.
 
-    No two stalks bend alike: one of the two is a copy of the other's file.
+    No two stalks bend alike: one of the two files is a copy of the other.
     """
     seen: dict[bytes, int] = {}
     for index, record in enumerate(records):

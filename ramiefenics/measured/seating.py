@@ -1,4 +1,4 @@
-"""Where a measured curve begins: gap, toe and preload."""
+"""Start of a measured curve: gap, toe and preload."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from ramiefenics.specification.checks import check_choice, check_number
 ZEROS = ("machine", "threshold", "toe")
 
 NOISE_FACTOR = 5.0
-"""Times the standard deviation of the noise is a force that is none."""
+"""Largest force that may be noise, over the standard deviation of the noise."""
 
 ROUNDS, POINTS = 3, 21
-"""Of the search for a simulated curve's toe; on its straight part."""
+"""Iterations in the search for a simulated curve's toe, and points on its straight part."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,15 @@ class Seating:
     Attributes
     ----------
     zero
-        ``machine``: where the machine has it. ``threshold``: at contact, where the force passes
-        `threshold_N` for good on its way to the peak. ``toe``: where the straight line through
-        the first linear part (`initial_slope`) has no force, which is the toe compensation of
-        ASTM D790, annex A1; a preload then counts with the displacement that it took.
+        ``machine``: at the zero of the machine. ``threshold``: at contact, where the force exceeds
+        `threshold_N` for the last time on its way to the peak. ``toe``: where the straight line
+        through the first linear part (`initial_slope`) has no force, which is the toe compensation
+        of ASTM D790, annex A1; the displacement that a preload took then counts as well.
     threshold_N
-        Force of contact; by default five times the curve's noise.
+        Force at contact; by default five times the curve's noise.
     preload_N
-        Force at which the machine's load cell was zeroed, to be added to all forces; 0 if the
-        preload is in the record.
+        Force at which the machine's load cell was zeroed, which is added to all forces; 0 if the
+        record includes the preload.
     """
 
     zero: str = "machine"
@@ -48,7 +48,7 @@ class Seating:
     preload_N: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the choice and that forces are positive."""
+        """Check the choice, and the signs of the forces."""
         check_choice(self, "zero", ZEROS)
         check_number(self, "preload_N", at_least=0.0, unit="N")
         if self.threshold_N is None:
@@ -61,14 +61,14 @@ class Seating:
 
 
 def seat(curve: pd.DataFrame, seating: Seating) -> pd.DataFrame:
-    """Return a curve whose displacement begins where `seating` says; rows before are left out.
+    """Return a curve whose displacement begins where `seating` says, without earlier rows.
 
     Parameters
     ----------
     curve
         ``displacement_mm``, ascending, and ``force_N``.
     seating
-        How.
+        Choice of where displacement begins.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def seat(curve: pd.DataFrame, seating: Seating) -> pd.DataFrame:
 
 
 def straight_part(curve: pd.DataFrame, seating: Seating) -> tuple[float, float] | None:
-    """Return where a seated curve's straight part begins and ends, mm, if its toe is left out.
+    """Return where a seated curve's straight part begins and ends, mm; None if the toe is kept.
 
     Parameters
     ----------
@@ -106,23 +106,23 @@ def straight_part(curve: pd.DataFrame, seating: Seating) -> tuple[float, float] 
 def toe_mm(
     force_N: Callable[[Array], NDArray[Any]], straight_mm: tuple[float, float] | None
 ) -> float:
-    """Return how far the toe of another curve reaches, that is to be read as a seated one.
+    """Return the length of another curve's toe, mm, for zeroing it like a seated curve.
 
-    By the least-squares line through what corresponds to the seated curve's straight part. The
-    result is as smooth in the forces as these are.
+    The toe ends where the least-squares line through the part that corresponds to the seated
+    curve's straight part has no force. It depends as smoothly on parameters as the forces do.
 
     Parameters
     ----------
     force_N
-        From displacements, mm, to forces.
+        Function from displacements, mm, to forces, N.
     straight_mm
-        Of the seated curve; None if its toe is there.
+        Ends of the seated curve's straight part; None if its toe is kept.
     """
     if straight_mm is None:
         return 0.0
     toe = 0.0
     for _ in range(ROUNDS):
-        at = max(toe, 0.0) + np.linspace(*straight_mm, POINTS)  # before, nothing is touched
+        at = max(toe, 0.0) + np.linspace(*straight_mm, POINTS)  # nothing is touched before
         slope, force = np.polyfit(at - at.mean(), force_N(at), 1)
         if not slope > 0.0:
             allowed = "must leave simulated curves that rise where the measured ones are straight"

@@ -1,4 +1,4 @@
-"""The initial slope of a measured curve, and the range in which it is one."""
+"""Initial slope of a measured curve, and the linear part in which it is determined."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from scipy.stats import theilslopes
 from ramiefenics.measured.noise import Array, level
 
 BINS = 60
-"""Equidistant displacements to which a curve's rise is reduced."""
+"""Number of equidistant displacements to which the rise of a curve is reduced."""
 
 UP_TO = 0.95
-"""Share of the peak force at which the rise ends: a plateau may follow."""
+"""Share of the peak force at which the rise ends, as a plateau may follow."""
 
 LEAST_RISE = 0.2
-"""Share of the peak force by which the force rises within a window, at least."""
+"""Least rise of the force within a window, as a share of the peak force."""
 
 LEAST_POINTS = 8
-"""Of a window: two for a slope of each quarter."""
+"""Least number of points in a window: two for the slope of each quarter."""
 
 AGREEMENT = 0.1
-"""Relative difference up to which slopes count as the same."""
+"""Largest relative difference of slopes that count as equal."""
 
 MOST_POINTS = 400
-"""Of the points within a window so many are used; pairs go with the square."""
+"""Most points that are used within a window; the number of pairs grows with its square."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,15 @@ class InitialSlope:
     Attributes
     ----------
     N_per_mm, low_N_per_mm, high_N_per_mm
-        Slope, and its 95 % interval, too narrow where noise is the same over many rows.
+        Slope and the ends of its 95 % interval, which is too narrow if noise persists over many
+        rows.
     from_mm, to_mm
-        The window.
+        Ends of the window.
     zero_mm
-        Where the line has no force.
+        Displacement at which the line has no force.
     stable
-        Whether slopes at the window's ends agree with its own; else the curve has no linear part of
-        that size, and among the steep windows this is where they differ least.
+        Whether the slopes at the window's ends agree with its own. If not, the curve has no linear
+        part of the required size, and this is the steep window in which the slopes differ least.
     """
 
     N_per_mm: float
@@ -60,13 +61,13 @@ class InitialSlope:
 def initial_slope(curve: pd.DataFrame) -> InitialSlope:
     """Fit a line to the first linear part of a curve.
 
-    The rise up to 95 % of the peak is reduced to 60 equidistant displacements. All windows of at
-    least 8 count in which the force rises by at least a fifth of its peak, and whose least-squares
-    slope is within 10 % of the steepest one's: this leaves out the toe before and the softened part
-    after. Of these, the longest is taken whose first and last quarter have its slope within 10 %.
-    The line in it is that of Theil (1950) and Sen (1968), the median of slopes between pairs of
-    points, which up to 29 % of wild points do not carry away. Moving a window along the record
-    follows ASTM E3076; the criteria are our own.
+    The rise up to 95 % of the peak is reduced to 60 equidistant displacements. Candidates are all
+    windows of at least 8 of them in which the force rises by at least a fifth of its peak, and
+    whose least-squares slope is within 10 % of the steepest: this excludes the toe before and the
+    softened part after. The longest candidate is taken whose first and last quarters have the same
+    slope as the whole, within 10 %. The line in it is that of Theil (1950) and Sen (1968), the
+    median of slopes between pairs of points, which tolerates up to 29 % of outliers. Moving a
+    window along the record follows ASTM E3076; the criteria are our own.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def initial_slope(curve: pd.DataFrame) -> InitialSlope:
     Returns
     -------
     InitialSlope
-        Its slopes are NaN where the record begins near its peak.
+        Line and window; the slopes are NaN if the record begins near its peak.
     """
     travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
     rising = travel[: int(np.argmax(force >= UP_TO * force.max())) + 1]
@@ -113,7 +114,7 @@ def _window(at: Array, force: Array, rise: float) -> tuple[int, int, bool]:
     ends = _slopes(sums, first, first + quarter), _slopes(sums, last + 1 - quarter, last + 1)
     differ = np.max(np.abs(np.array(ends) - whole), axis=0) / np.maximum(whole, 1e-12)
     wide = (whole * (at[last] - at[first]) >= rise) & (whole > 0.0)
-    if not wide.any():  # a peak at once
+    if not wide.any():  # no window has enough of the rise, for instance if the peak comes at once
         return 0, len(at) - 1, False
     steep = wide & (whole >= (1.0 - AGREEMENT) * whole[wide].max())
     stable = steep & (differ <= AGREEMENT)

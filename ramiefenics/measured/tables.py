@@ -1,4 +1,4 @@
-"""Tables of text: files to lines, lines to cells, cells to numbers, units."""
+"""Tables in text files: lines, cells, numbers and units."""
 
 from __future__ import annotations
 
@@ -17,29 +17,32 @@ from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.reading import read_bytes
 
 ENCODINGS = ("utf-8-sig", "utf-16", "cp1252")
-"""Tried in turn; machines run Windows."""
+"""Encodings of text files, tried in turn; testing machines run Windows."""
 
 NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1f]|[^\r\n]{100000}")
-"""Characters and lengths of lines that no table has, but programs and pictures have."""
+"""Characters and overlong lines that occur in programs and pictures, but not in tables."""
 
 LARGEST = 1e15
-"""Of any number: far above all that is measured in mm, N or s, and its powers are numbers still."""
+"""Largest magnitude of a number.
+
+It is far above all that is measured in mm, N or s, and its powers do not overflow.
+"""
 
 UNITS: dict[str, dict[str, float]] = {
     "mm": {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4},
     "N": {"mN": 1e-3, "N": 1.0, "kN": 1000.0, "lbf": 4.4482216, "kgf": 9.80665},
     "s": {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0},
 }
-"""By the unit used inside: what others are worth in it."""
+"""Values of units in the unit that is used internally, by the latter."""
 
 
 def unit_factor(field: str, unit: str, inside: str) -> float:
-    """Return what one of a unit is worth in the one used inside.
+    """Return the value of a unit in the one that is used internally.
 
     Raises
     ------
     SpecificationError
-        If it is not known; `field` is what the message names.
+        If the unit is not known; the message names `field`.
     """
     known = UNITS[inside]
     if unit not in known:
@@ -49,7 +52,7 @@ def unit_factor(field: str, unit: str, inside: str) -> float:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a file: its number, from 1, and its cells."""
+    """A line of a file: its number, counted from 1, and its cells."""
 
     number: int
     cells: Sequence[str]
@@ -61,14 +64,14 @@ def read_lines(path: Path, encodings: Sequence[str] = ENCODINGS) -> list[str]:
     Parameters
     ----------
     path
-        Of the file.
+        The file.
     encodings
-        To try.
+        Encodings to try, in this order.
 
     Raises
     ------
     SpecificationError
-        If it cannot be read, or is no text.
+        If the file cannot be read or is not text.
     """
     data = read_bytes(path)
     for encoding in encodings:
@@ -84,12 +87,12 @@ def read_lines(path: Path, encodings: Sequence[str] = ENCODINGS) -> list[str]:
 
 
 def split_cells(path: Path, number: int, line: str, delimiter: str = ",") -> Row:
-    """Return a line's cells, quoted or not, without the blanks around them.
+    """Return the cells of a line, quoted or not, without surrounding blanks.
 
     Raises
     ------
     SpecificationError
-        If a quotation mark is not closed within the line, or followed by text.
+        If a quotation mark is not closed within the line, or is followed by text.
     """
     try:
         (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
@@ -100,16 +103,16 @@ def split_cells(path: Path, number: int, line: str, delimiter: str = ",") -> Row
 
 
 def make_table(path: Path, names: Sequence[str], rows: Sequence[Row]) -> pd.DataFrame:
-    """Return rows as a table of text, its index the rows' numbers in the file.
+    """Return rows as a table of text, indexed by their numbers in the file.
 
     Parameters
     ----------
     path
-        Named in errors.
+        File, named in errors.
     names
-        Of the columns; an empty one belongs to a column that nobody asks for.
+        Names of the columns; empty for a column that is not needed.
     rows
-        Those below the heading.
+        Rows below the heading.
 
     Raises
     ------
@@ -138,7 +141,7 @@ def read_table(path: Path) -> pd.DataFrame:
     Raises
     ------
     SpecificationError
-        If it cannot be read, has no rows, or one that does not go with the heading.
+        If it cannot be read, has no rows, or has a row that does not match the heading.
     """
     lines = [(n, line) for n, line in enumerate(read_lines(path), start=1) if line.strip()]
     if len(lines) < 2:
@@ -151,12 +154,12 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def need_columns(path: Path, table: pd.DataFrame, names: Sequence[str]) -> None:
-    """Check that a table has columns.
+    """Check that a table has the columns that are needed.
 
     Raises
     ------
     SpecificationError
-        Naming the first that is missing, and those that are there.
+        If one is missing; the message names the first such column and those that exist.
     """
     for name in names:
         if not name or name not in table.columns:
@@ -176,7 +179,7 @@ def numbers(
     Raises
     ------
     SpecificationError
-        Naming file, row and column of the first cell that is none.
+        If a cell is not a number; the message names file, row and column of the first.
     """
     values = np.array([parse_number(text) for text in table[name]], dtype=np.float64)
     for index in np.flatnonzero(~(np.abs(values) <= LARGEST)):
@@ -187,6 +190,6 @@ def numbers(
 
 
 def parse_number(text: str) -> float:
-    """Return a number as it is written, NaN for anything else."""
+    """Return the number that a text states, or NaN if it is not a number."""
     plain = re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?", text.strip())
     return float(text) if plain else math.nan

@@ -1,4 +1,4 @@
-"""Unloading of measured specimens, as further curves of theirs."""
+"""Unloading of measured specimens, as separate curves."""
 
 from __future__ import annotations
 
@@ -11,32 +11,35 @@ from ramiefenics.measured.dataset import Dataset
 from ramiefenics.measured.record import Record
 
 FROM_TURN = 0.95
-"""Share of the largest displacement up to which unloading is compared: beyond, friction turns round
-within a travel that machines do not repeat."""
+"""Share of the largest displacement up to which unloading is compared.
+
+Beyond it, friction reverses within a travel that machines do not reproduce.
+"""
 
 LEAST_FORCE = 0.1
-"""Share of the largest force down to which it is compared: then the stalk loses contact."""
+"""Share of the largest force down to which unloading is compared; then contact is lost."""
 
 LEAST_RANGE = 0.1
-"""Share of the largest displacement over which there must be unloading to be compared."""
+"""Least range of unloading that is compared, as a share of the largest displacement."""
 
 RELOADS = 0.01
-"""Share of the largest displacement by which it has to grow again to be another loading."""
+"""Increase that counts as another loading, as a share of the largest displacement."""
 
 SAME_TURN = 0.02
-"""Largest relative difference of displacements at which specimens turn, to be one for all."""
+"""Largest relative difference between turning points that are replaced by a single one."""
 
 
 def unloads(dataset: Dataset) -> bool:
-    """Return whether unloading of some specimen can be compared."""
+    """Return whether the unloading of any specimen can be compared."""
     return any(_way_back(record) is not None for record in dataset.records)
 
 
 def with_unloading(dataset: Dataset) -> Dataset:
-    """Return a data set in which unloading after the first loading is a record of its own.
+    """Return a data set in which unloading after the first loading is a separate record.
 
-    Its test has the whole path, that of the loading record only the loading. Nothing is done where
-    displacements were zeroed by a line, which the way back does not have.
+    The test of this record has the whole path, that of the loading record only the loading. There
+    is no such record where displacements were zeroed by the line through the straight part, which
+    unloading does not have.
     """
     turns = _turns([_end_mm(r) for r in dataset.records if r.test.protocol.then])
     records: list[Record] = []
@@ -45,7 +48,7 @@ def with_unloading(dataset: Dataset) -> Dataset:
         if not protocol.then:
             records.append(record)
             continue
-        usual = dataset.baseline.protocol.travel_mm  # the same for all: they learn of one another
+        usual = dataset.baseline.protocol.travel_mm  # the same, as specimens inform one another
         loading = replace(record.test, protocol=replace(protocol, travel_mm=usual, then=()))
         curve = _way_back(record)
         if curve is None:
@@ -71,7 +74,7 @@ def _end_mm(record: Record) -> float:
 
 
 def _turns(ends_mm: list[float]) -> list[float]:
-    """Return one displacement for all that hardly differ, the largest of them."""
+    """Return turning points, one for all that hardly differ: the largest of them."""
     turns: list[float] = []
     for end in sorted(ends_mm, reverse=True):
         if not turns or end < (1.0 - SAME_TURN) * turns[-1]:
@@ -80,7 +83,7 @@ def _turns(ends_mm: list[float]) -> list[float]:
 
 
 def _way_back(record: Record) -> pd.DataFrame | None:
-    """Return the first unloading in ascending order; None if it is not to be compared."""
+    """Return the first unloading, by ascending displacement; None if it is not to be compared."""
     if record.after.empty or record.straight_mm is not None:
         return None
     at, end = record.after["displacement_mm"].to_numpy(), _end_mm(record)
@@ -97,7 +100,7 @@ def _way_back(record: Record) -> pd.DataFrame | None:
 
 
 def _lowest_mm(curve: pd.DataFrame, record: Record) -> float:
-    """Return the displacement from which on the force is all of what is compared."""
+    """Return the displacement from which on the force is large enough to be compared."""
     small = curve["force_N"] < LEAST_FORCE * record.curve["force_N"].max()
     last = int(np.flatnonzero(small)[-1]) if small.any() else 0
     return float(curve["displacement_mm"].iloc[last])

@@ -1,4 +1,4 @@
-"""The work that an indenter does."""
+"""Work done by the indenter."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scipy.integrate import trapezoid
 def work(curve: pd.DataFrame, to_mm: float) -> float:
     """Return the work done up to a displacement, N mm, by the trapezoidal rule.
 
-    A record that begins later than at 0 mm is taken to have risen linearly until then.
+    If the record begins later than at 0 mm, the force is taken to rise linearly until then.
 
     Parameters
     ----------
     curve
         ``displacement_mm``, ascending, and ``force_N``.
     to_mm
-        Displacement; NaN comes of one beyond the record.
+        Displacement; if it is beyond the record, the result is NaN.
     """
     first = [0.0] if curve["displacement_mm"].iloc[0] > 0.0 else []
     travel = np.append(first, curve["displacement_mm"])

@@ -21,11 +21,11 @@ from ramiefenics.model.void_contact import void_contact
 from ramiefenics.specification import BendingTest, Cylinder
 
 SYMMETRY_FACTOR = {"quarter": 4.0, "half": 2.0, "full": 1.0}
-"""From the modelled part to the whole stalk."""
+"""Factor from the modelled part to the whole stalk, by domain."""
 
 
 LONG_S = 1e9
-"""How long a stalk has been at rest before its test: what relaxes has relaxed."""
+"""Time at rest before a test, after which all relaxation is complete."""
 
 
 class BendingProblem:
@@ -34,30 +34,31 @@ class BendingProblem:
     Parameters
     ----------
     test
-        The specification.
+        Specification of the test.
     comm
         MPI communicator; construction is collective.
     tube
-        A mesh to use in place of the recipe's.
+        Mesh to use in place of the recipe's.
 
     Attributes
     ----------
     tube, solid, contact
-        The parts.
+        Mesh, solid, and contact with the fixture.
     film
-        The bond of the outermost layer; None if it is perfect.
+        Bond of the outermost layer; None if it is perfect.
     walls
-        The contact of the void's walls with each other; None without a void.
+        Contact between the void's walls; None without a void.
     terms
-        The solid's part of the equations, contact's, and what there is of the last two.
+        Contributions to the equations: those of the solid, of contact, and of film and walls unless
+        these are None.
     equations
-        Their sum.
+        Sum of the terms.
     mass
         Compiled form of the consistent mass, bilinear, tonne.
     bcs
         Symmetry conditions; nothing else holds the stalk.
     factor
-        From the modelled part to the whole stalk.
+        Factor from the modelled part to the whole stalk.
     """
 
     def __init__(self, test: BendingTest, comm: MPI.Comm, tube: TubeMesh | None = None) -> None:
@@ -124,11 +125,11 @@ class BendingProblem:
         return self.solid.displacement
 
     def stored_energy(self) -> float:
-        """Return what this rank's cells store, N mm."""
+        """Return the energy stored on this rank, N mm."""
         return self.energies()[0]
 
     def energies(self) -> tuple[float, float]:
-        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        """Return the energies stored, and dissipated so far, on this rank, N mm."""
         stored, dissipated = self.solid.energies()
         if self.walls is not None:
             stored += self.walls.energy()
@@ -138,17 +139,19 @@ class BendingProblem:
         return stored + in_bond, dissipated + by_bond
 
     def first_guess(self, travel: float) -> None:
-        """Set the displacement of a stalk pushed rigidly halfway: it touches all obstacles."""
+        """Set the displacement of a stalk pushed rigidly halfway, which touches all obstacles."""
         self.solid.displacement.interpolate(lambda x: np.outer((0, -travel / 2.0, 0), x[0] ** 0))
         self.solid.displacement.x.array[:] += self._rest
 
     def take_over(self, before: BendingProblem) -> None:
-        """Begin where another test has left the same stalk, which may have been turned since.
+        """Begin in the state in which another test has left the same stalk.
+
+        The stalk may have been turned about its axis since.
 
         Parameters
         ----------
         before
-            The other test's problem, at its end: without load, on a mesh of the same cells.
+            Problem of the other test at its end, unloaded and on a mesh of the same cells.
         """
         angle = np.radians(self.test.stalk.rotation_deg - before.test.stalk.rotation_deg)
         turn = np.eye(3)
@@ -159,13 +162,13 @@ class BendingProblem:
         self._touch()
 
     def begin_at_rest(self) -> None:
-        """Let the current displacement be that at rest, where every cylinder just touches."""
+        """Take the current displacement as that at rest, where every cylinder just touches."""
         self._touch()
         self.solid.duration.value = LONG_S
         self.solid.remember()
 
     def _touch(self) -> None:
-        """Begin at the current displacement, with every cylinder where it just touches."""
+        """Begin at the current displacement, with every cylinder moved to where it just touches."""
         mesh, moved = self.tube.mesh, fem.functionspace(self.tube.mesh, ("Lagrange", 1, (3,)))
         displacement = fem.Function(moved)
         displacement.interpolate(self.solid.displacement)
@@ -182,12 +185,12 @@ class BendingProblem:
         self._rest[:] = self.solid.displacement.x.array
 
     def place(self, travel: float, duration_s: float) -> None:
-        """Push what moves down from its last accepted position; may be called again."""
+        """Move the indenters down from their last accepted position; may be called repeatedly."""
         self.solid.duration.value = duration_s
         self.contact.place(-travel)
 
     def remember(self) -> None:
-        """Let slip and the material's internal variables refer to the current state."""
+        """Update slip and internal variables to the current state."""
         self.contact.advance()
         self.solid.remember()
         if self.film is not None:
@@ -204,20 +207,20 @@ class BendingProblem:
             self.equations.couple(self.walls.couplings)
 
     def forces(self, sums: tuple[ContactSums, ...]) -> tuple[float, float]:
-        """Return what moving obstacles press and fixed ones bear, N, of the whole stalk."""
+        """Return the forces that moving obstacles exert and fixed ones bear, N, whole stalk."""
         pressed = 0.0 - sum(s.force_y_N for s in sums if s.cylinder.moves)  # no negative zero
         borne = sum(s.force_y_N for s in sums if not s.cylinder.moves)
         return pressed * self.factor, borne * self.factor
 
     def _bond_film(self, thickness_mm: float) -> BondFilm:
-        """Return the bond of an outermost layer of that thickness."""
+        """Return the bond of an outermost layer of a given thickness."""
         stalk = self.test.stalk
         young = stalk.materials[len(stalk.layers) - 1].elastic.E_X_MPa
         penalty = young / (PENETRATION * thickness_mm) ** 2
         return BondFilm(self.solid, self.tube.cells, FILM_TAG, stalk.bond, penalty)
 
     def _obstacles(self) -> tuple[Obstacle, ...]:
-        """Place the fixture's cylinders, each facing the part of the surface that it can reach."""
+        """Return the fixture's cylinders, each with the part of the surface that it can reach."""
         mesh = self.tube.mesh
         outer = self.tube.facets.find(SURFACES["outer"])
         middle = dmesh.compute_midpoints(mesh, mesh.topology.dim - 1, outer)
@@ -230,13 +233,13 @@ class BendingProblem:
                 low, high = _reach(cylinder, cylinders)
                 facing = (cylinder.up * middle[:, 1] > 0) & (low < middle[:, 2])
                 facets = outer[facing & (middle[:, 2] < high)]
-                # a tapered stalk lies tilted; here it is straight, and the supports are tilted
+                # a tapered stalk lies tilted on its supports; here the supports are moved instead
                 obstacles.append(Obstacle(cylinder, self.test.front_mm(cylinder), facets))
         return tuple(obstacles)
 
 
 def _reach(cylinder: Cylinder, cylinders: tuple[Cylinder, ...]) -> tuple[float, float]:
-    """Return the range of Z that a cylinder may touch: up to the middle between it and the next.
+    """Return the range of Z that a cylinder may touch, which ends halfway to the next one.
 
     A plate may touch everything on its side.
     """
@@ -244,7 +247,7 @@ def _reach(cylinder: Cylinder, cylinders: tuple[Cylinder, ...]) -> tuple[float, 
     for other in cylinders:
         if not (cylinder.flat or other.flat or other.z_mm == cylinder.z_mm):
             distance = other.z_mm - cylinder.z_mm
-            # a cell just between two cylinders touches neither: rounding must not choose
+            # a cell exactly halfway between two cylinders touches neither, or rounding would decide
             edge = cylinder.z_mm + distance * (0.5 - 2e-6)
             low, high = (low, min(high, edge)) if distance > 0 else (max(low, edge), high)
     return low, high

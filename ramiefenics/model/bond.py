@@ -1,19 +1,20 @@
 """A bond between two layers: a film of cells, far thinner than the layers, that slips and fails.
 
-A line across the film, of its thickness t and along its normal N, becomes ``d = t F N``, over an
-area of normal ``n = cof(F) N / |cof(F) N|`` (Nanson's formula), above which it reaches ``h = d.n``.
-The layers have slipped by s, ``s^2 = d.d - h^2``, and come apart by ``h - t``; neither changes if
-the film is turned. The effective displacement jump is q, ``q^2 = s^2 + <h - t>^2``, and the
-tractions follow from the energy per area at rest
+A line across the film, along its normal N and as long as its thickness t, becomes ``d = t F N``.
+The deformed film has the normal ``n = cof(F) N / |cof(F) N|`` (Nanson's formula), so its thickness
+is ``h = d.n``. The layers have slipped by s, ``s^2 = d.d - h^2``, and separated by ``h - t``;
+neither changes in a rigid rotation. The effective displacement jump is q,
+``q^2 = s^2 + <h - t>^2``. With the compliance c, the strength tau and the toughness G, the
+tractions follow from the energy per undeformed area
 
     psi = (1 - D) q^2 / (2 c) + <t - h>^2 / (2 c) + k <t - h>^3 / 3,
 
-those of a cohesive surface that weighs slip and separation alike (Ortiz and Pandolfi 1999,
+that of a cohesive surface that weighs slip and separation alike (Ortiz and Pandolfi 1999,
 section 3). The damage D is that of the largest jump so far: the traction falls linearly from the
-strength at ``q0 = c tau`` to nothing at ``q1 = 2 G / tau``, and unloading is to the origin. Of the
-largest jump q the energy dissipated per area is ``tau q1 (q - q0) / (2 (q1 - q0))``. The other
-terms, which no damage takes away, keep the layers from going into each other; a sound bond's
-stiffness is the same on both sides of ``h = t``, as Newton's method wants it.
+strength at ``q0 = c tau`` to zero at ``q1 = 2 G / tau``, and unloading is to the origin. When the
+largest jump is q, the energy dissipated per area is ``tau q1 (q - q0) / (2 (q1 - q0))``. The other
+terms, which damage does not reduce, keep the layers from penetrating each other. An undamaged bond
+has the same stiffness on both sides of ``h = t``, which helps Newton's method.
 """
 
 from __future__ import annotations
@@ -33,15 +34,19 @@ from ramiefenics.model.solid import Solid, volume_measure
 from ramiefenics.specification import Bond
 
 LEFT = 1e-6
-"""Share of its stiffness that a bond keeps when it has failed: nodes within the film, of cells of
-second order, are held by nothing else."""
+"""Share of its stiffness that a failed bond keeps.
+
+Nothing else holds the nodes within the film, which cells of second order have.
+"""
 
 ROUNDING_MM = 1e-9
-"""Jump below which there is none."""
+"""Jump below which its magnitude is smoothed, to be differentiable."""
 
 PENETRATION = 0.01
-"""What a pressure as large as the outer layer's transverse modulus pushes the layers into each
-other by at most, over the thickness of that layer."""
+"""Upper bound of the layers' penetration, over the thickness of the outer layer.
+
+The bound holds for a pressure as large as that layer's transverse modulus.
+"""
 
 
 class BondFilm:
@@ -52,13 +57,13 @@ class BondFilm:
     solid
         The layers.
     cells
-        Tags of cells.
+        Tags of the cells.
     tag
-        Of the film's, which are no layer's.
+        Tag of the film's cells, which belong to no layer.
     bond
-        Its constants.
+        Constants of the bond.
     penalty_MPa_per_mm2
-        The k above.
+        The penalty k above.
     """
 
     def __init__(
@@ -80,7 +85,7 @@ class BondFilm:
         self._state()
 
     def _state(self) -> None:
-        """State jump, overlap and memory in UFL."""
+        """Express jump, overlap and largest jump in UFL."""
         J = ufl.Jacobian(self._solid.mesh)
         lengths = [ufl.dot(J[:, k], J[:, k]) for k in range(3)]
         least = ufl.min_value(lengths[0], ufl.min_value(lengths[1], lengths[2]))
@@ -101,13 +106,13 @@ class BondFilm:
 
     @property
     def _sound(self) -> Expr:
-        """The 1 - D above."""
+        """The share 1 - D above."""
         q, q0, q1 = self._largest, self._softens_at, self._fails_at
         softened = ufl.max_value(q0 * (q1 - q) / (q * (q1 - q0)), LEFT)
         return ufl.conditional(ufl.gt(q, q0), softened, 1.0)
 
     def term(self) -> Term:
-        """Return the tractions' part of the equations."""
+        """Return the tractions' contribution to the equations."""
         u, v = self._solid.displacement, ufl.TestFunction(self._solid.space)
         held = self._sound * self._stiffness / 2 * ufl.derivative(self._jump_squared, u, v)
         pressure = self._stiffness * self._overlap + self._penalty * self._overlap**2
@@ -115,7 +120,7 @@ class BondFilm:
         return FormTerm((held + kept_out) / self._thickness * self._dx, u)
 
     def energies(self) -> tuple[float, float]:
-        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        """Return the energies that this rank's cells store, and have dissipated so far, N mm."""
         stored, dissipated = (float(fem.assemble_scalar(form)) for form in self._energies)
         return stored, dissipated
 
@@ -134,11 +139,11 @@ class BondFilm:
         return self._memory.compile({"largest_mm": self._largest})
 
     def take_over(self, before: BondFilm) -> None:
-        """Remember what the same film did before the stalk was turned about Z."""
+        """Take over the largest jumps of the same film before the stalk was turned about Z."""
         self._memory.take_over(before._memory, np.eye(3))
 
     def remember(self) -> None:
-        """Let the film remember the current jumps, where they are the largest so far."""
+        """Store the current jumps where they are the largest so far."""
         self._memory.remember(self._memory.evaluate(self._now))
 
 

@@ -1,4 +1,4 @@
-"""The surface of the void, the same on every rank: a few thousand nodes, which each rank knows."""
+"""The surface of the void, a few thousand nodes, all of which are known on every rank."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 NEWTON_ITERATIONS = 6
-"""Of the search for the point of a facet that lies in a direction; facets are nearly flat."""
+"""Number of iterations that find where a line meets a facet; facets are nearly flat."""
 
 FARTHEST = 1.0
-"""How far beyond its edge a facet's shape functions are used on the way, in its own coordinates."""
+"""Distance beyond its edge, in its own coordinates, up to which that search continues a facet."""
 
 HOPS = 3
-"""By how many facets a point may be away from where it was sought at first."""
+"""Number of facets by which a point may be away from the first guess."""
 
 SAME = 1e-6
-"""Last step of that search, in a facet's own coordinates, by which it has found the point."""
+"""Last step, in a facet's own coordinates, below which the iterations have found the point."""
 
 EDGE = 1e-6
-"""How far beyond its edge a point still belongs to a facet, for rounding."""
+"""Distance beyond its edge at which a point still belongs to a facet, to allow for rounding."""
 
 
 class Bore:
@@ -45,20 +45,22 @@ class Bore:
     numbers
         Global numbers of the surface's nodes, ascending, shape (n,).
     own, own_nodes
-        Which of them are this rank's, a slice, and their local numbers.
+        Slice of the nodes that are this rank's own, and their local numbers.
     at
-        Their coefficients of the undeformed place, mm, shape (n, 3): what shape functions make of
-        them is the place, and of the displacement's with them the place now.
+        Coefficients of the undeformed position at the nodes, mm, shape (n, 3). With the shape
+        functions they give the undeformed position; the displacement's coefficients added to them
+        give the current position.
     facets
-        Nodes of each facet, counted from 0 to n, shape (m, k).
+        Nodes of each facet, numbered from 0 to n - 1, shape (m, k).
     faces
-        Which face of the reference cell each is, shape (m,).
+        Face of the reference cell that each facet is, shape (m,).
     outward
-        Normals into the void, undeformed and in the facets' middles, shape (m, 3).
+        Unit normals into the void at the centres of the undeformed facets, shape (m, 3).
     depth_mm
         Thickness of the cells behind the facets, shape (m,).
     neighbours
-        Facets that share a node with each, itself among them, shape (m, most), the last repeated.
+        Facets that share a node with each facet, which is one of them, shape (m, most); the last is
+        repeated to fill a row.
     """
 
     def __init__(self, displacement: fem.Function, facets: NDArray[np.int32]) -> None:
@@ -75,7 +77,7 @@ class Bore:
         on_corners = element.tabulate(0, basix.geometry(cell))[0, ..., 0]
         corners = np.einsum("ck,fki->fci", on_corners, at[nodes_of])
         of_faces = np.array(basix.topology(cell)[2])[faces]
-        # by corners alone: a thin cell's middle may be outside, where its facet is an arc
+        # by corners alone, as the centre of a thin cell may be outside it where its facet is an arc
         ahead = np.take_along_axis(corners, of_faces[..., None], axis=1).mean(1) - corners.mean(1)
         nodes = np.take_along_axis(nodes_of, self._closures[faces], axis=1)
         known = np.unique(nodes)
@@ -105,7 +107,7 @@ class Bore:
         self.neighbours = _neighbours(self.facets)
 
     def positions(self) -> Array:
-        """Return the coefficients of the place now, mm, shape (n, 3); collective."""
+        """Return the coefficients of the current position, mm, shape (n, 3); collective."""
         own = self._u.x.array.reshape(-1, 3)[self.own_nodes]
         if self._comm.size == 1:
             return np.asarray(self.at + own)
@@ -119,7 +121,7 @@ class Bore:
         Parameters
         ----------
         facets, points
-            One facet for each point, and the point in its two coordinates, shape (p,) and (p, 2).
+            Facet of each point, shape (p,), and the point in the facet's coordinates, shape (p, 2).
         """
         values = np.empty((len(facets), self.facets.shape[1]))
         slopes = np.empty((len(facets), 2, self.facets.shape[1]))
@@ -133,23 +135,25 @@ class Bore:
         return values, slopes
 
     def place(self, at: Array, facets: Integers, points: Array) -> Array:
-        """Return where points of facets are, given coefficients of the place, mm, shape (p, 3)."""
+        """Return the positions of points of facets, mm, shape (p, 3), from coefficients `at`."""
         values, _ = self.shapes(facets, points)
         return np.einsum("pk,pki->pi", values, at[self.facets[facets]])
 
     def middles(self, at: Array) -> Array:
-        """Return where the middles of all facets are, mm, shape (m, 3)."""
+        """Return the centres of all facets, mm, shape (m, 3), from coefficients `at`."""
         return np.einsum("mk,mki->mi", self._in_middle, at[self.facets])
 
     def normal(self, facets: Integers, points: Array, at: Array | None = None) -> Array:
-        """Return normals into the void at points of facets, as long as there is area, shape (p, 3).
+        """Return normals into the void at points of facets, shape (p, 3).
+
+        Their length is the area per area of the reference facet.
 
         Parameters
         ----------
         facets, points
             As for `shapes`.
         at
-            Coefficients of the place; undeformed by default.
+            Coefficients of the position; undeformed by default.
         """
         _, slopes = self.shapes(facets, points)
         at = self.at if at is None else at
@@ -157,9 +161,9 @@ class Bore:
         return np.asarray(self._sign[facets, None] * np.cross(along[0], along[1]))
 
     def opposite(self, facets: Integers, others: Integers) -> Integers:
-        """Return for each facet the one of some others that is across the void at the same X and Z.
+        """Return for each facet which of the others is across the void at the same X and Z.
 
-        Undeformed, by their middles.
+        The facets are compared by their undeformed centres.
         """
         middles = self.middles(self.at)[:, [0, 2]]
         return np.asarray(others[cKDTree(middles[others]).query(middles[facets])[1]])
@@ -172,11 +176,11 @@ class Bore:
         Parameters
         ----------
         at
-            Coefficients of the place, mm.
+            Coefficients of the position, mm.
         places, along
             A point of each line, and its unit direction, shape (p, 3).
         guess
-            A facet near which each meets it.
+            Facet near the point where each line meets the surface.
 
         Returns
         -------
@@ -202,7 +206,7 @@ class Bore:
         return facets, points, beyond <= EDGE
 
     def _met(self, at: Array, places: Array, along: Array, facets: Integers) -> tuple[Array, Array]:
-        """Return where a line meets a facet, continued, and how far that is beyond its edge."""
+        """Return where each line meets a facet, continued beyond its edge, and how far beyond."""
         first = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         frame = np.stack([first, np.cross(along, first)], axis=1)  # across the line
@@ -215,7 +219,7 @@ class Bore:
             rates = np.einsum("pai,pbk,pki->pab", frame, slopes, nodes)
             size = np.linalg.det(
                 rates
-            )  # none where a line is along the facet, which it never meets
+            )  # zero where a line is parallel to the facet, which it never meets
             (a, b), (c, d) = rates.transpose(1, 2, 0)
             adjoint = np.array([[d, -b], [-c, a]]) / np.where(size == 0.0, np.nan, size)
             steps = np.einsum("abp,pb->pa", adjoint, misses)
@@ -225,7 +229,7 @@ class Bore:
 
 
 def _neighbours(facets: Integers) -> Integers:
-    """Return the facets that share a node with each, see `Bore`."""
+    """Return the facets that share a node with each facet, see `Bore`."""
     here = np.repeat(np.arange(len(facets)), facets.shape[1])
     at_nodes = sparse.coo_array((np.ones(here.size), (here, facets.ravel())))
     shared = sparse.csr_array(at_nodes @ at_nodes.T)

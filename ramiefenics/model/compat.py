@@ -1,8 +1,9 @@
-"""The one place where releases 0.9 to 0.11 of dolfinx differ for us.
+"""All code that depends on the release of dolfinx, from 0.9 to 0.11.
 
-Two more differences need no code, only calls that suit every release: since 0.10
-`Expression.eval` returns values in their shape, not flattened for each cell, so ours are reshaped;
-and `mesh.create_mesh` takes coordinates and element in the other order, so ours go by name.
+Two more differences need no code here, only calls that suit every release. Since 0.10,
+`Expression.eval` returns values in their shape, not flattened for each cell, so callers reshape
+them; and `mesh.create_mesh` takes coordinates and element in the opposite order, so callers pass
+them by name.
 """
 
 from __future__ import annotations
@@ -47,22 +48,22 @@ def mesh_from_gmsh(gmsh_model: Any, comm: Any) -> tuple[dmesh.Mesh, dmesh.MeshTa
     z = np.zeros(0)
     if comm.rank == 0:
         tags, coordinates, _ = gmsh_model.mesh.getNodes()
-        z = coordinates[2::3][np.argsort(tags)]  # dolfinx numbers them in this order
-    # dolfinx >= 0.10 returns more behind these three
+        z = coordinates[2::3][np.argsort(tags)]  # in dolfinx's numbering
+    # dolfinx >= 0.10 returns more than these three
     mesh, cells, facets = _gmshio.model_to_mesh(gmsh_model, comm, 0, 3, _slices(z))[:3]
     return mesh, cells, facets
 
 
 def _slices(z: NDArray[np.float64]) -> Any:
-    """Return a partitioner of hexahedra, all on rank 0, that cuts across Z into equal shares.
+    """Return a partitioner that cuts hexahedra, all on rank 0, into slices of equal size along Z.
 
-    A tube is long, so few nodes are shared, and unlike that of a graph's partitioner the result is
+    As a tube is long, slices share few nodes, and unlike the result of a graph partitioner they are
     the same every time.
 
     Parameters
     ----------
     z
-        Of every node, by its number.
+        Z of every node, by its number.
     """
 
     def partition(comm: Any, parts: int, _: Any, cells: list[NDArray[np.int64]]) -> Any:
@@ -78,28 +79,28 @@ def _slices(z: NDArray[np.float64]) -> Any:
 def geometry_order(mesh: dmesh.Mesh) -> int:
     """Return the polynomial order of a mesh's cells."""
     geometry = mesh.geometry
-    # dolfinx >= 0.11 has one map per type of cell, and deprecates the single one
+    # dolfinx >= 0.11 has one map per cell type, and deprecates the single one
     element = geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
     return int(element.degree)
 
 
 def geometry_nodes(mesh: dmesh.Mesh) -> NDArray[np.int32]:
-    """Return the nodes of every cell's map among the mesh's points, shape (cells, nodes)."""
+    """Return the geometry nodes of every cell among the mesh's points, shape (cells, nodes)."""
     geometry = mesh.geometry
-    # likewise
+    # see `geometry_order`
     nodes = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
     return np.asarray(nodes)
 
 
 def evaluate_on_facets(expression: Any, mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> Any:
-    """Evaluate an expression, compiled for points of a facet.
+    """Evaluate an expression that is compiled for points of a facet.
 
     Parameters
     ----------
     expression
-        What to evaluate.
+        Expression to evaluate.
     mesh
-        Where.
+        Mesh of the facets.
     facets
         Cell, and number of the facet in the cell, shape (m, 2).
 
@@ -108,32 +109,32 @@ def evaluate_on_facets(expression: Any, mesh: dmesh.Mesh, facets: NDArray[np.int
     numpy.ndarray
         Values by facet, point and component, in a shape that depends on the release.
     """
-    # dolfinx 0.9 wants the pairs one behind the other
+    # dolfinx 0.9 expects the pairs in a flat array
     return expression.eval(mesh, facets.ravel() if VERSION.startswith("0.9.") else facets)
 
 
 def form_with(compiled: CompiledForm, parts: Structure) -> fem.Form:
-    """Return a form that has been compiled with the mesh and the data of its statement in UFL.
+    """Return a compiled form with the mesh and the data of its UFL form.
 
     Parameters
     ----------
     compiled
-        The form; its code may be that of another of the same structure.
+        Compiled form, whose code may be that of another form of the same structure.
     parts
-        Of its statement.
+        Structure of the UFL form.
     """
     kernel, by_type = compiled.ufcx_form, compiled.ufl_form.subdomain_data()[parts.domain]
     subdomains = {}
     for name, tags in by_type.items():
         kind = getattr(fem.IntegralType, name)
         first, behind = kernel.form_integral_offsets[kind.value : kind.value + 2]
-        ids = {kernel.form_integral_ids[i] for i in range(first, behind)} - {-1}  # everywhere
+        ids = {kernel.form_integral_ids[i] for i in range(first, behind)} - {-1}  # -1 is everywhere
         subdomains[kind] = get_integration_domains(kind, tags[0], sorted(ids))
     used = [
         parts.coefficients[kernel.original_coefficient_positions[i]]
         for i in range(kernel.num_coefficients)
     ]
-    # dolfinx 0.9 names them by where the keys are in the statement, of which some are not used
+    # dolfinx 0.9 names them by the keys' positions in the UFL form, of which some are not used
     keys = parts.coefficients if VERSION.startswith("0.9.") else used
     return fem.create_form(
         compiled,
@@ -150,17 +151,17 @@ def expression_with(
     coefficients: Sequence[fem.Function],
     constants: Sequence[fem.Constant],
 ) -> fem.Expression:
-    """Return an expression without arguments that has been compiled, with other data.
+    """Return a compiled expression without arguments, with other data.
 
     Parameters
     ----------
     compiled
-        The expression.
+        Compiled expression.
     coefficients, constants
-        The data in the order of its code.
+        Data, in the order in which the compiled code takes them.
     """
     ffi, kernel = cffi.FFI(), compiled.ufcx_expression
-    # dolfinx >= 0.11 takes maps to other meshes, then, like the others, the space of an argument
+    # dolfinx >= 0.11 takes maps to other meshes before an argument's space, which all releases take
     last: tuple = (None,) if VERSION.startswith(("0.9.", "0.10.")) else ([], None)
     expression = copy.copy(compiled)
     expression._cpp_object = dolfinx.cpp.fem.create_expression_float64(

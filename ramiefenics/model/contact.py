@@ -7,11 +7,12 @@ With x = X + u, a cylinder of axis c and radius R, gap g = |x - c| - R and norma
     int P : grad v dX - int p n.v dS - int (theta / gamma) (n.t - p) n.(A : grad v) N dS = 0
 
 (Chouly, Hild and Renard 2015, for small strain; Mlika, Renard and Chouly 2017, for large). The
-last term vanishes at the solution whatever its test side is: A is taken at the last converged
-step, which keeps the compiled tangent small, and the normal is not varied, which keeps the
-discrete forces in exact balance.
+last term vanishes at the solution whatever multiplies ``n.t - p``. A is therefore taken at the last
+converged step, which keeps the compiled tangent small, and the normal is not varied, which keeps
+the discrete forces in exact equilibrium.
 
-Friction adds ``-mu p b``, Coulomb's law with a memory at every quadrature point: see `friction`.
+Friction adds the traction ``-mu p b``, Coulomb's law with internal variables at every quadrature
+point, see `friction`.
 """
 
 from __future__ import annotations
@@ -42,32 +43,40 @@ from ramiefenics.specification import ContactMethod, Cylinder, Friction
 log = logging.getLogger(__name__)
 
 SURFACE_QUADRATURE_DEGREE = {1: 4, 2: 6}
-"""By element order; finer than the volume's, because the edge of contact cuts facets."""
+"""Quadrature degree on the surface, by element order.
+
+It is higher than the volume's, because the edge of contact cuts facets.
+"""
 
 
 SLIPS = 0.9
-"""Share of friction that is mobilised where a point counts as slipping."""
+"""Mobilised share of the friction above which a point counts as slipping."""
 
 PLATE_RADIUS_MM = 1e3
-"""A plate is treated as a cylinder from whose axis distances are measured along Y alone; this is
-how far behind the plate's surface that axis is."""
+"""Distance of a plate's axis behind its surface.
+
+A plate is treated as a cylinder from whose axis distances are measured along Y alone.
+"""
 
 GAP_LIMIT = 0.1
-"""Nothing touches across a gap wider than this multiple of the surface cells' thickness. At a
-solution gaps of touching points are far smaller; on the way to one, a cell crushed by a rash Newton
-step could otherwise hold itself crushed by its own stress, without touching anything."""
+"""Widest gap across which points touch, over the thickness of the surface cells.
+
+At a solution, the gaps of touching points are far smaller. On the way to one, a cell that is
+crushed by too large a Newton step could otherwise hold itself crushed by its own stress, without
+touching anything.
+"""
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A rigid cylinder or plate, where it is at the start, and what may touch it.
+    """A rigid cylinder or plate, its position at the start, and the facets that may touch it.
 
     Attributes
     ----------
     cylinder
         The cylinder.
     front_mm
-        Y of its surface, where that is nearest to the stalk.
+        Y of its front: of its lowest point, or of the highest if it is below the stalk.
     facets
         Boundary facets that can touch it, local indices.
     """
@@ -78,7 +87,7 @@ class Obstacle:
 
     @property
     def radius_mm(self) -> float:
-        """Distance of its surface from its axis; of a plate, `PLATE_RADIUS_MM`."""
+        """Distance of its surface from its axis; `PLATE_RADIUS_MM` for a plate."""
         return PLATE_RADIUS_MM if self.cylinder.flat else self.cylinder.radius_mm
 
     @property
@@ -88,16 +97,16 @@ class Obstacle:
 
 
 def depth(cylinder: Cylinder, front_mm: float, points: NDArray[np.float64]) -> float:
-    """Return how far along Y a cylinder is beyond points, at the most; -inf if it is over none.
+    """Return the largest depth along Y of a cylinder beyond points; -inf if it covers none.
 
     Parameters
     ----------
     cylinder
         The cylinder.
     front_mm
-        Y of its surface, where that is nearest to the stalk.
+        Y of its front, see `Obstacle`.
     points
-        On the surface that it faces, shape (n, 3).
+        Points on the surface that it faces, shape (n, 3).
     """
     beyond = cylinder.up * (points[:, 1] - front_mm)
     if not cylinder.flat:
@@ -109,7 +118,7 @@ def depth(cylinder: Cylinder, front_mm: float, points: NDArray[np.float64]) -> f
 
 @dataclass(frozen=True)
 class ContactSums:
-    """Sums over one obstacle's contact on the mesh.
+    """Sums over one obstacle's contact with the mesh.
 
     Attributes
     ----------
@@ -118,11 +127,11 @@ class ContactSums:
     force_y_N
         Force on the stalk along Y.
     friction_work_Nmm
-        Dissipated by friction so far.
+        Energy dissipated by friction so far.
     area_mm2
         Touching area, undeformed.
     first_mm3, second_mm4
-        Its first and second moments, (X, Z) in deformed position.
+        First and second moments of that area, (X, Z), with deformed positions.
     """
 
     cylinder: Cylinder
@@ -134,19 +143,19 @@ class ContactSums:
 
 
 class Contact:
-    """Contact terms of the weak form, and what they tell after a step.
+    """Contact terms of the weak form, and results of contact after a step.
 
     All obstacles share one integral: axis, radius and motion are cell-wise data, as are the
-    stabilisation and its floor.
+    stabilisation and its lower bound.
 
     Parameters
     ----------
     solid
         The deforming solid.
     obstacles
-        What it may touch, each with facets of its own.
+        Obstacles that it may touch, each with facets of its own.
     friction
-        Coulomb coefficients.
+        Constants of Coulomb friction.
     method
         Nitsche's parameters.
     cell_thickness_mm
@@ -155,12 +164,12 @@ class Contact:
     Attributes
     ----------
     gap
-        Distance from the obstacle, mm; in UFL like the following ones.
+        Distance from the obstacle, mm; in UFL, like the following three.
     pressure, friction, traction
-        What the obstacle exerts per undeformed area, MPa: along the normal, tangentially and in
-        all; the latter two of shape (3,).
+        Stress that the obstacle exerts per undeformed area, MPa: normal, tangential and total; the
+        latter two of shape (3,).
     ds
-        Measure of the facets of all obstacles.
+        Measure on the facets of all obstacles.
     """
 
     def __init__(
@@ -184,7 +193,7 @@ class Contact:
         self.gamma = fem.Function(solid.cellwise, name="stabilisation")
         self._previous = fem.Function(solid.space)
         self._reach = fem.Constant(mesh, GAP_LIMIT * cell_thickness_mm)
-        self._descent_mm = 0.0  # of what moves, until the last converged step
+        self._descent_mm = 0.0  # of the moving obstacles, up to the last converged step
         self._further_mm = 0.0  # since then
         self._mark_cells()
         self._state()
@@ -220,7 +229,7 @@ class Contact:
         self._all_cells = np.unique(np.concatenate(self._cells))
 
     def _state(self) -> None:
-        """State pressure, slip and traction in UFL."""
+        """Express pressure, slip and traction in UFL."""
         u = self.solid.displacement
         mesh = self.solid.mesh
         x = ufl.SpatialCoordinate(mesh) + u
@@ -260,14 +269,14 @@ class Contact:
         )
 
     def states(self) -> tuple[Expr, Expr]:
-        """Return UFL indicators, 0 or 1, of touching, and of slipping while touching."""
+        """Return UFL indicators, 0 or 1, of contact, and of slip while in contact."""
         b = self._grip.mobilised
         touching = ufl.conditional(ufl.gt(self.pressure, 0), 1.0, 0.0)
         slipping = ufl.conditional(ufl.gt(ufl.dot(b, b), SLIPS**2), touching, 0.0)
         return touching, slipping
 
     def term(self) -> Term:
-        """Return contact's part of the equations."""
+        """Return the contribution of contact to the equations."""
         u = self.solid.displacement
         if not self._method.theta:  # else there are derivatives of the test function too
             try:
@@ -286,7 +295,7 @@ class Contact:
         return FormTerm(self.residual(ufl.TestFunction(self.solid.space)), u)
 
     def residual(self, v: Expr) -> Expr:
-        """Contact's part of the residual, a UFL form linear in the test function."""
+        """Return the contribution of contact to the residual, a UFL form linear in `v`."""
         form = -ufl.dot(self.traction, v) * self.ds
         if self._method.theta:
             stress = self.solid.stress(self._previous)
@@ -299,7 +308,7 @@ class Contact:
         return form
 
     def _normal_stiffness(self) -> fem.Expression:
-        """Second derivative of the energy along n (x) N, at the middle of every cell."""
+        """Return the second derivative of the energy along n (x) N at the centre of every cell."""
         mesh = self.solid.mesh
         X = ufl.SpatialCoordinate(mesh)
         N = ufl.as_vector((X[0], X[1], 0)) / ufl.sqrt(X[0] ** 2 + X[1] ** 2)
@@ -319,18 +328,18 @@ class Contact:
         return np.asarray(values, dtype=np.float64).reshape(-1)
 
     def update_stabilisation(self) -> None:
-        """Let gamma follow the current normal stiffness, not below the one at rest."""
+        """Update gamma to the current normal stiffness, but not below the one at rest."""
         stiffness = np.maximum(self._evaluate_stiffness(), self._floor)
         self.gamma.x.array[self._all_cells] = self._gamma_scale * stiffness
         self.gamma.x.scatter_forward()
 
     def place(self, dy: float) -> None:
-        """Set the position of what moves for the step to come.
+        """Set the position of the moving obstacles for the next step.
 
         Parameters
         ----------
         dy
-            Displacement from the last converged position along Y, mm.
+            Displacement along Y from the last converged position, mm.
         """
         self._further_mm = -dy
         axis = self._axis.x.array.reshape(-1, 2)
@@ -348,9 +357,9 @@ class Contact:
         self._descent_mm, self._further_mm = self._descent_mm + self._further_mm, 0.0
 
     def begin(self, rises_mm: Sequence[float]) -> None:
-        """Let slip count from the current displacement, and each obstacle start higher by so much.
+        """Count slip from the current displacement, and let each obstacle start higher by its rise.
 
-        Nothing has touched yet.
+        To be called before anything has touched.
         """
         self._previous.x.array[:] = self.solid.displacement.x.array
         axis = self._axis.x.array.reshape(-1, 2)
@@ -363,12 +372,12 @@ class Contact:
         self.update_stabilisation()
 
     def front(self, obstacle: Obstacle) -> float:
-        """Return the Y of an obstacle's surface now, where it is nearest to the stalk, mm."""
+        """Return the current Y of an obstacle's front, mm."""
         descent = self._descent_mm + self._further_mm
         return obstacle.front_mm - (descent if obstacle.cylinder.moves else 0.0)
 
     def nodes(self) -> list[NDArray[np.int32]]:
-        """Return by obstacle the local nodes on which its forces act, those of its cells."""
+        """Return for each obstacle the local nodes of its cells, on which its forces act."""
         nodes_of = self.solid.space.dofmap.list
         return [np.unique(nodes_of[cells]) for cells in self._cells]
 
@@ -386,7 +395,7 @@ class Contact:
         return compile_form(ufl.dot(ufl.as_vector(values), w) * self.ds)
 
     def sums(self) -> tuple[ContactSums, ...]:
-        """Return what each obstacle bears; collective."""
+        """Return the sums over the contact of each obstacle; collective."""
         values = fem.assemble_vector(self._sums).array.reshape(-1, 7)
         sums = []
         for obstacle, cells in zip(self.obstacles, self._cells, strict=True):

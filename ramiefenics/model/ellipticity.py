@@ -1,10 +1,11 @@
-"""Whether the material can still resist: volume ratio, principal stretch, strong ellipticity.
+"""Indicators of the material's stability: volume ratio, principal stretch, strong ellipticity.
 
-A solid is strongly elliptic where ``A(m, N) = m.(dP/dF : m (x) N) N``, of the stress P at the end
-of a step, is positive for all directions m, N: where every plane wave has a speed, and no
+A solid is strongly elliptic where ``A(m, N) = m.(dP/dF : m (x) N) N``, with the stress P at the end
+of a step, is positive for all directions m and N. There, every plane wave has a real speed, and no
 deformation can localise in a band (Hadamard 1903; Marsden and Hughes 1983, section 4.3; for
-materials that remember, Rice 1976). Its minimum over unit vectors is the smallest eigenvalue of the
-acoustic tensor over directions N. Where it is lost, the solution depends on the mesh.
+materials with internal variables, Rice 1976). The minimum of A over unit vectors is the smallest
+eigenvalue of the acoustic tensor over all directions N. Where strong ellipticity is lost, the
+solution depends on the mesh.
 """
 
 from __future__ import annotations
@@ -25,8 +26,11 @@ from ramiefenics.model.kernels.library import compiled
 from ramiefenics.model.solid import QUADRATURE_DEGREE, Solid
 
 LEVELS = ((1.0, 24, 0), (0.2, 96, 1), (0.06, 400, 30))
-"""The search for the minimum: share of the points, lowest by the level before, that take part;
-directions N on the hemisphere at which it starts; improvements of the best of them."""
+"""Levels of the search for the minimum.
+
+For each: the share of the points that take part, the lowest of the previous level; the number of
+directions N on the hemisphere that are tried; the number of improvements of the best of them.
+"""
 
 FUNCTIONS = """
 void stretches(int64_t, const double *, double *, double *);
@@ -43,10 +47,10 @@ class PointState:
     volume_ratio
         J, shape (cells, points).
     principal_stretch
-        The smallest one, negative where J is; same shape.
+        Smallest principal stretch, negative where J is; same shape.
     acoustic_MPa
-        Smallest eigenvalue of the acoustic tensor over directions; same shape. An upper bound,
-        tight at the lowest points; elsewhere the search is coarse. NaN if not sought.
+        Smallest eigenvalue of the acoustic tensor over all directions; same shape. It is an upper
+        bound, tight at the lowest points; elsewhere the search is coarse. NaN if not searched for.
     """
 
     volume_ratio: NDArray[np.float64]
@@ -55,14 +59,14 @@ class PointState:
 
 
 class MaterialPoints:
-    """The quadrature points of a solid.
+    """The quadrature points of a solid, where its material's state is evaluated.
 
     Parameters
     ----------
     solid
-        Whose material to look at.
+        The solid.
     acoustic
-        Whether to seek acoustic eigenvalues.
+        Whether acoustic eigenvalues may be searched for.
     """
 
     def __init__(self, solid: Solid, acoustic: bool = True) -> None:
@@ -83,7 +87,7 @@ class MaterialPoints:
         Parameters
         ----------
         search
-            Whether to seek acoustic eigenvalues, where that is wanted at all.
+            Whether to search for acoustic eigenvalues, unless that is switched off altogether.
         """
         volume_ratio, stretch, acoustic = np.full((3, *self._shape), np.nan)
         module = _module()
@@ -111,20 +115,21 @@ class MaterialPoints:
 def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.float64]:
     """Minimise ``A_iJkL m_i N_J m_k N_L`` over unit vectors m and N.
 
-    The best of a set of directions N is improved by turns: for fixed N the best m is an
-    eigenvector of the acoustic tensor, for fixed m the best N one of its counterpart, and
-    neither turn raises the value. An upper bound of the minimum, hence; tight at the critical
-    points, which are searched more finely.
+    The best of a set of directions N is improved alternately: for fixed N, the best m is an
+    eigenvector of the acoustic tensor; for fixed m, the best N is an eigenvector of its
+    counterpart; neither raises the value. The result is thus an upper bound of the minimum, which
+    is tight at the critical points, where the search is finer.
 
     Parameters
     ----------
     tangent
-        Derivatives of the stress by the deformation gradient, MPa, shape (n, 3, 3, 3, 3).
+        Derivatives of the stress with respect to the deformation gradient, MPa, shape
+        (n, 3, 3, 3, 3).
 
     Returns
     -------
     numpy.ndarray
-        MPa, shape (n,).
+        Minima, MPa, shape (n,).
     """
     module, value = _module(), np.full(len(tangent), np.inf)
     given, values = (
@@ -146,7 +151,7 @@ def _module() -> ModuleType:
 
 
 def hemisphere(count: int) -> NDArray[np.float64]:
-    """Spread unit vectors evenly over a hemisphere (Fibonacci lattice), shape (count, 3)."""
+    """Return unit vectors spread evenly over a hemisphere (Fibonacci lattice), shape (count, 3)."""
     i = np.arange(count) + 0.5
     polar, azimuth = np.arccos(1.0 - i / count), np.pi * (1.0 + 5.0**0.5) * i
     x, y = np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar)

@@ -1,4 +1,4 @@
-"""Equilibrium: a sum of terms, each with its forces and their derivative by the displacement."""
+"""Equilibrium as a sum of terms, each with its forces and their derivative, the stiffness."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ Conditions = Sequence[fem.DirichletBC]
 
 
 class Term(Protocol):
-    """A part of the equations."""
+    """A contribution to the equations."""
 
     def add_forces(self, forces: Array) -> None:
-        """Add what it exerts on the degrees of freedom that this rank knows, N, shape (n,)."""
+        """Add the forces on the degrees of freedom that this rank knows, N, shape (n,)."""
 
     def add_stiffness(self, matrix: Matrix, bcs: Conditions) -> None:
-        """Add the derivative of that by the displacement, N/mm, but for what is held."""
+        """Add the derivative of the forces, N/mm, without constrained rows and columns."""
 
 
 class FormTerm:
-    """A term by the form compiler.
+    """A term that is evaluated by code of the form compiler.
 
     Parameters
     ----------
     form
-        Linear in a test function, UFL.
+        UFL form, linear in a test function.
     displacement
         The unknown.
     """
@@ -62,23 +62,23 @@ class FormTerm:
 
 
 class Equations:
-    """The residual of a displacement, N, and its derivative, N/mm.
+    """The residual at a displacement, N, and its derivative, N/mm.
 
     Parameters
     ----------
     displacement
         The unknown.
     terms
-        What is summed up.
+        Terms to sum up.
     bcs
         Dirichlet conditions.
     symmetric
-        Whether the derivative is, or nearly so.
+        Whether the derivative is symmetric, or nearly so.
 
     Attributes
     ----------
     displacement, bcs, symmetric
-        The same.
+        As given.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Equations:
         self.displacement, self.bcs, self._terms = displacement, bcs, terms
 
     def residual(self, b: PETSc.Vec) -> None:
-        """Evaluate the residual at the displacement, which meets the conditions; collective."""
+        """Evaluate the residual at the displacement, which must satisfy `bcs`; collective."""
         with b.localForm() as local:
             local.set(0.0)
             for term in self._terms:
@@ -103,18 +103,18 @@ class Equations:
 
     @cached_property
     def matrix(self) -> Matrix:
-        """The derivative where it was last assembled; another one after `couple`."""
+        """The derivative as last assembled; `couple` replaces the matrix by a new one."""
         space = self.displacement.function_space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         return Matrix(compile_form(ufl.inner(u, v) * ufl.dx), self._couplings)
 
     def couple(self, couplings: NDArray[np.int64]) -> None:
-        """Let the derivative have entries between nodes that share no cell, see `Matrix`."""
+        """Allow entries of the derivative between nodes that share no cell, see `Matrix`."""
         self._couplings = couplings
         self.__dict__.pop("matrix", None)
 
     def assemble(self) -> None:
-        """Assemble the derivative at the displacement; 1 where it is held; collective."""
+        """Assemble the derivative, with 1 on the diagonal of constrained rows; collective."""
         matrix = self.matrix.petsc
         matrix.zeroEntries()
         for term in self._terms:

@@ -1,4 +1,4 @@
-"""What the quadrature points of a boundary remember from step to step."""
+"""Numbers at the quadrature points of a boundary, kept from step to step."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ramiefenics.model.laws.base import Expr
 class FacetMemory:
     """Numbers at every quadrature point of some boundary facets of hexahedra.
 
-    They are held by a discontinuous space whose nodes are Gauss points, on the lines through the
-    facet's quadrature points across the cell; all nodes of a line have its point's number, so the
-    function takes on exactly these numbers on the facet.
+    They are stored in a function of a discontinuous space whose nodes are Gauss points, on the
+    lines that cross the cell through the facet's quadrature points. All nodes of a line have the
+    number of its quadrature point, so the function has exactly these values on the facet.
 
     Parameters
     ----------
     mesh
-        Hexahedra; none may have two of the facets.
+        Hexahedra, none of which may have more than one of the facets.
     ds
-        The measure on the facets.
+        Measure on the facets.
     degree
-        Its quadrature degree.
+        Quadrature degree of the measure.
     size
-        How many numbers a point remembers; zero at first.
+        How many numbers a point has; they are zero at first.
 
     Attributes
     ----------
     function
-        The numbers, UFL shape (size,), to be used in integrals over `ds` only.
+        The numbers, UFL shape (size,), for use in integrals over `ds` only.
     """
 
     def __init__(self, mesh: dmesh.Mesh, ds: ufl.Measure, degree: int, size: int) -> None:
@@ -49,17 +49,17 @@ class FacetMemory:
         self._space = fem.functionspace(mesh, element)
         self._ds = ds
         self.function = fem.Function(self._space, name="memory")
-        # A node's basis function vanishes on the facet but at one quadrature point: its integral
-        # times a number, over its integral, is the number there.
+        # A node's basis function vanishes at all quadrature points of the facet but one, so the
+        # integral of a number times this function, over that of the function, is the number there.
         self._weights = self._integrate(self.compile(ufl.as_vector([1.0] * size)))
         self._used = np.flatnonzero(self._weights)
 
     def compile(self, numbers: Expr) -> fem.Form:
-        """Prepare numbers, UFL shape (size,), for `remember`."""
+        """Compile an expression for new numbers, UFL shape (size,), for `remember`."""
         return compile_form(ufl.dot(numbers, ufl.TestFunction(self._space)) * self._ds)
 
     def remember(self, numbers: fem.Form) -> None:
-        """Let every point remember new numbers, which may depend on the old ones."""
+        """Store new numbers at every point; they may depend on the old ones."""
         used = self._used
         self.function.x.array[used] = self._integrate(numbers)[used] / self._weights[used]
 

@@ -1,18 +1,20 @@
-"""Coulomb friction that remembers: what a point has slid weakens it.
+"""Coulomb friction with memory, which weakens with the distance that a point has slid.
 
-A point of the surface slips by the vector s. The share b of the friction that opposes it, a vector
-of the unit ball, builds up over a short presliding length d (Dahl 1968),
+A point of the surface slips by the vector s. The mobilised share b of the friction, a vector in the
+unit ball, builds up over a short presliding length d (Dahl 1968),
 
     b' = (s' - b |s'|) / d,
 
-so that the slip d b springs back and the rest is slid for good. Sliding weakens the coefficient
-over a length of its own (slip weakening: Ida 1972), from the static to the dynamic one,
+so that the slip d b is recoverable and the rest is permanent. Permanent slip k weakens the
+coefficient of friction from its static to its dynamic value over another length L (slip weakening:
+Ida 1972),
 
     mu = mu_d + (mu_s - mu_d) exp(-k / L),    k' = |s' - d b'|,
 
-and friction is ``-mu p b``. It depends on the path alone, not on its speed nor on the steps by
-which it is followed: b is integrated exactly along the straight slip of a step, and k is the length
-of what is slid in it. For d to 0 the law is Coulomb's. A point that touches no more forgets.
+and the friction traction is ``-mu p b``. It depends on the path alone, not on its speed or on the
+steps by which it is followed: b is integrated exactly along the straight slip of a step, and k
+grows by the length of the step's permanent slip. In the limit of d = 0 the law is Coulomb's. A
+point that loses contact loses its state.
 """
 
 from __future__ import annotations
@@ -27,19 +29,19 @@ from ramiefenics.model.laws.base import Expr
 from ramiefenics.specification import Friction
 
 ROUNDING = 1e-6
-"""Slip over the presliding length at which its magnitude is rounded off, to be differentiable."""
+"""Slip over the presliding length below which its magnitude is smoothed, to be differentiable."""
 
 
 @dataclass(frozen=True)
 class Grip:
-    """How friction holds a point; in UFL.
+    """State of friction at a point, in UFL.
 
     Attributes
     ----------
     mobilised
-        The share b of friction that opposes slip, shape (3,).
+        Mobilised share b of the friction, shape (3,).
     slid_mm
-        The length k slid since the point touched.
+        Length k of permanent slip since the point came into contact.
     """
 
     mobilised: Expr
@@ -47,16 +49,16 @@ class Grip:
 
 
 class FrictionLaw:
-    """The law above, its constants as data to the compiled forms.
+    """The law above, with its constants as data of the compiled forms.
 
     Parameters
     ----------
     mesh
-        Where the forms are integrated.
+        Mesh on which the forms are integrated.
     friction
-        Coefficients, and the length over which they fall.
+        Coefficients, and the length L over which the coefficient falls.
     presliding_mm
-        The length d.
+        Length d.
     """
 
     def __init__(self, mesh: dmesh.Mesh, friction: Friction, presliding_mm: float) -> None:
@@ -66,7 +68,7 @@ class FrictionLaw:
         self._presliding = fem.Constant(mesh, float(presliding_mm))
 
     def slip(self, before: Grip, slip: Expr) -> Grip:
-        """Return the grip after a straight slip, mm, in the tangent plane of `before`."""
+        """Return the state after a straight slip, mm, in the tangent plane of `before`."""
         d = self._presliding
         length = _length(slip / d)
         left = ufl.exp(-length)
@@ -75,17 +77,18 @@ class FrictionLaw:
         return Grip(mobilised, before.slid_mm + d * (_length(slid / d) - ROUNDING))
 
     def opposed_slip(self, before: Grip, slip: Expr) -> Expr:
-        """Return what largest friction, times it, dissipates along a straight slip, mm.
+        """Return the integral of ``|b|^2 |s'|`` along a straight slip, mm.
 
-        Of the work ``mu p b.s'`` against friction, the part ``mu p b.d b'`` springs back with the
-        slip; what dissipates is ``mu p b.(s' - d b') = mu p |b|^2 |s'|``, which is never negative.
-        This is the integral of ``|b|^2 |s'|``, exact like b.
+        Times the largest friction ``mu p``, it is the energy dissipated: of the work ``mu p b.s'``
+        against friction, the part ``mu p b.d b'`` is recoverable, and what is dissipated is
+        ``mu p b.(s' - d b') = mu p |b|^2 |s'|``, which is never negative. The integral is exact,
+        like b.
         """
         d, b = self._presliding, before.mobilised
         length = _length(slip / d)
         left, direction = ufl.exp(-length), slip / d / length
         fading = (1 - left**2) / 2
-        growing = ufl.max_value(length - 2 * (1 - left) + fading, 0)  # which rounding may miss
+        growing = ufl.max_value(length - 2 * (1 - left) + fading, 0)  # not below 0 by rounding
         return d * (
             fading * ufl.dot(b, b)
             + (1 - left) ** 2 * ufl.dot(b, direction)

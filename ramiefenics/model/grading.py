@@ -1,4 +1,4 @@
-"""Where the mesh is cut along the stalk."""
+"""Positions of the mesh's cross-sections along the stalk."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 from ramiefenics.specification import BendingTest, Cylinder
 
 DIAMETERS, RADII = 9.0, 21.0
-"""The lengths that a recipe's are relative to, besides the span: in diameters of the stalk and,
-under a cylinder, in its radii. What varies along a stalk does so over the shortest of them. The
-published span, 100 mm for a stalk of 14.23 mm under cylinders of 5 mm, is shorter than either, but
-not by much."""
+"""Reference lengths of a recipe, besides the span: in diameters of the stalk, and in radii.
+
+The lengths in a recipe are relative to the shortest of the three, over which the fields vary along
+a stalk; the radius is that of a cylinder, and counts only under it. The published span, 100 mm for
+a stalk of 14.23 mm under cylinders of 5 mm, is shorter than either, but not by much.
+"""
 
 
 def axial_positions(test: BendingTest, others: Sequence[Cylinder] = ()) -> NDArray[np.float64]:
     """Return the Z of every cross-section of nodes, mm, ascending, shape (n,).
 
-    Fine under the cylinders, coarser in between, by the recipe; from 0 to the end of the
-    specimen on the quarter model, else on both sides of 0. There is one at every axis, and at
-    either face of a node.
+    According to the recipe, the sections are close together under the cylinders and farther apart
+    in between. They range from 0 to the end of the specimen in the quarter model, and to both ends
+    in the others. There is one at every cylinder's axis, and at either face of a node.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ def axial_positions(test: BendingTest, others: Sequence[Cylinder] = ()) -> NDArr
 
 
 def _one_side(test: BendingTest, cylinders: Sequence[Cylinder], sign: float) -> NDArray[np.float64]:
-    """Return the distances from Z = 0 of the sections at Z of a sign, ascending."""
+    """Return the distances from Z = 0 of the sections on one side of it, ascending."""
     edges = [*(cylinder.z_mm for cylinder in cylinders), *(test.stalk.node_mm or ())]
     ahead = [sign * at for at in edges if sign * at > 0.0]
     cuts = sorted({0.0, *ahead, test.stalk.length_mm / 2.0})
@@ -62,7 +64,7 @@ def _graded(
 def _element_length(
     z: NDArray[np.floating], test: BendingTest, cylinders: Sequence[Cylinder]
 ) -> NDArray[np.float64]:
-    """Return the wanted length of the elements at Z, mm; nothing varies along a plate."""
+    """Return the desired length of the elements at Z, mm; nothing varies along a plate."""
     recipe, stalk = test.numerics.mesh, test.stalk
     axes = [cylinder.z_mm for cylinder in cylinders]
     span = max(axes) - min(axes) or stalk.length_mm

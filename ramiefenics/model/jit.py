@@ -1,7 +1,8 @@
-"""The form compiler: its options, the same for every form, and what it has compiled.
+"""The form compiler: its options, the same for every form, and the cache of compiled code.
 
-Simulations differ in mesh and data, hardly in their forms. What is compiled is kept twice: on disk
-by FFCx, for all processes, and in this process, which spares the analysis by which FFCx finds it.
+Simulations differ in mesh and data, but hardly in their forms. Compiled code is cached twice: on
+disk by FFCx, for all processes, and in this process, which saves the analysis by which FFCx looks
+it up.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ from ramiefenics.model.structure import Structure
 
 
 def _processor() -> str:
-    """Return a short key of what the processor can do.
+    """Return a short key of the processor's capabilities.
 
-    Code compiled for this processor may crash another one with the same home folder, hence the
-    same cache; an unused macro of that value keeps the two apart.
+    Code compiled for this processor may crash another one that shares the home folder, and hence
+    the cache; an unused macro with this value keeps the two apart.
     """
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -46,11 +47,11 @@ def _processor() -> str:
 
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ramiefenics" / "forms"
-"""Compiled forms; of this program only, see `_compiling`."""
+"""Folder of compiled forms, for this program only, see `_compiling`."""
 
 JIT_OPTIONS = {
-    # Python's own flags ask for debugging information, which takes gcc as long as the rest;
-    # fast-math vectorises the kernels; NaN must stay NaN, as it tells Newton's method that an
+    # Python's own flags ask for debugging information, which takes gcc as long as the rest.
+    # Fast-math vectorises the kernels, but NaN must stay NaN, as it tells Newton's method that an
     # element has turned inside out.
     "cffi_extra_compile_args": [
         "-g0",
@@ -66,12 +67,13 @@ JIT_OPTIONS = {
 
 @contextmanager
 def _compiling(signature: str, comm: MPI.Comm) -> Iterator[dict[str, Any]]:
-    """Yield FFCx's options, with a folder of a signature's own, and clear away what is dead there.
+    """Yield FFCx's options with a separate folder for a signature, cleared of unusable files.
 
-    FFCx marks what is being compiled by its C file, for which others wait. Under a lock, which ends
-    with its process, such a file without its product has been left by a compilation that was
-    killed; what is not as it was compiled counts as such. What differs is compiled at the same
-    time.
+    FFCx marks a form as being compiled by creating its C file, and other processes then wait for
+    the product. Here only the holder of the folder's lock compiles, and the lock is released when
+    its process ends. Under the lock, a C file without a product must therefore be left over from a
+    compilation that was killed. A product whose checksum is wrong is treated likewise. As each
+    signature has a folder, different forms are compiled at the same time.
     """
     folder = CACHE / signature[:24]
     options = {**JIT_OPTIONS, "cache_dir": str(folder)}
@@ -82,14 +84,14 @@ def _compiling(signature: str, comm: MPI.Comm) -> Iterator[dict[str, Any]]:
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         for product in _unsound(folder):
-            product.unlink()  # other processes may run it: it is not written over
+            product.unlink()  # not overwritten, as other processes may be running it
             (folder / f"{product.name.partition('.')[0]}.c.cached").unlink(missing_ok=True)
         names = set(os.listdir(folder))
         for name in names:
             if name.endswith(".c") and f"{name}.cached" not in names:
                 (folder / name).unlink()
         yield options
-        for product in _unsound(folder):  # what is new
+        for product in _unsound(folder):  # the new ones
             seal(product)
 
 
@@ -99,14 +101,14 @@ def _unsound(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class _Expression:
-    """A compiled expression, whatever its data.
+    """A compiled expression, independent of its data.
 
     Attributes
     ----------
     compiled
         The expression, without data.
     coefficients, constants
-        Which ones its code takes of those that are stated, in its order.
+        Indices, among those of the UFL expression, of the ones that the code takes, in its order.
     """
 
     compiled: fem.Expression
@@ -116,16 +118,16 @@ class _Expression:
 
 _forms: dict[Hashable, fem.forms.CompiledForm] = {}
 _expressions: dict[Hashable, _Expression] = {}
-"""What this process has compiled, by structure."""
+"""Forms and expressions that this process has compiled, by structure."""
 
 
 def _all_have(kept: Mapping[Hashable, Any], key: Hashable, comm: MPI.Comm) -> bool:
-    """Return whether no rank has to compile: if one has, all take part."""
+    """Return whether no rank has to compile; if one must, all take part."""
     return bool(comm.allreduce(key in kept, op=MPI.LAND))
 
 
 def compile_form(form: Any) -> fem.Form:
-    """Compile a UFL form, or take what this process has compiled, or the cache; collective."""
+    """Compile a UFL form, or take it from this process or from the disk cache; collective."""
     parts = Structure(form)
     comm, key = parts.mesh.comm, parts.signature
     if not _all_have(_forms, key, comm):
@@ -136,7 +138,7 @@ def compile_form(form: Any) -> fem.Form:
 
 
 class _WithoutVariables(MultiFunction):
-    """Replaces `ufl.variable` by what it labels."""
+    """Replaces every `ufl.variable` by the expression that it labels."""
 
     expr = MultiFunction.reuse_if_untouched
 
@@ -146,10 +148,10 @@ class _WithoutVariables(MultiFunction):
 
 
 def compile_expression(expression: Any, points: NDArray[np.float64]) -> fem.Expression:
-    """Compile a UFL expression at points of the reference cell, or take it as `compile_form` does.
+    """Compile a UFL expression at points of the reference cell, cached as by `compile_form`.
 
     Derivatives are applied here because the running number of a `ufl.variable` would otherwise
-    enter the expression's signature on disk, and with it every one would be compiled anew.
+    enter the expression's signature on disk, and every expression would be compiled anew.
     """
     parts = Structure(expression)
     comm, key = parts.mesh.comm, (parts.signature, points.shape, points.tobytes())

@@ -1,8 +1,8 @@
-"""A law whose stiffness, fibres and strain at rest are other ones at every point.
+"""A law whose stiffness, fibre direction and strain at rest vary from point to point.
 
-With the fibres' direction d, and the stretches s along and w across them of what bears no load
-before the test, the energy per volume is ``k / (s w^2) W(F Q S)``: k multiplies all moduli, Q is
-the rotation that turns Z into d the shortest way, and S stretches Z by s, X and Y by w (growth as a
+The energy per volume is ``k / (s w^2) W(F Q S)``. The factor k multiplies all moduli. Q is the
+rotation that turns Z into the fibres' direction d the shortest way. S is the stretch of the tissue
+from its stress-free state to the undeformed stalk, s along Z and w along X and Y (growth as a
 multiplicative part of the deformation: Rodriguez, Hoger and McCulloch 1994, Journal of Biomechanics
 27, 455-467).
 """
@@ -21,12 +21,12 @@ from ramiefenics.model.laws.base import Expr, Law, Memory, State
 STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH, WIDTH = (
     f"local_{name}" for name in ("stiffness", "fibre_x", "fibre_y", "stretch", "width")
 )
-"""Parameters that differ from point to point: k, two components of d, s, and with that w."""
+"""Parameters that may vary from point to point: k, two components of d, and s together with w."""
 
 
 @functools.cache
 def local_law(law: Law, given: tuple[str, ...]) -> Law:
-    """Return a law with some of the parameters above, or itself if none are given."""
+    """Return a law with some of the parameters above, or the law itself if none are given."""
     if not given:
         return law
 
@@ -58,12 +58,12 @@ def fibre(p: Mapping[str, Any]) -> Expr:
 
 
 def _share(p: Mapping[str, Expr]) -> Expr:
-    """Return what the energy is multiplied by."""
+    """Return the factor on the energy."""
     return p.get(STIFFNESS, 1) / (p[STRETCH] * p[WIDTH] ** 2 if STRETCH in p else 1)
 
 
 def _elastic(F: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the deformation gradient from stress-free tissue with fibres along Z."""
+    """Return the deformation gradient relative to stress-free tissue with fibres along Z."""
     first, second, third = (F[:, i] for i in range(3))
     if FIBRE_X in p:
         d = fibre(p)

@@ -1,4 +1,4 @@
-"""What the quadrature points of the cells remember from step to step."""
+"""Internal variables at the quadrature points of the cells, kept from step to step."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def point_element(mesh: dmesh.Mesh, order: int, **options: Any) -> Any:
     mesh
         Hexahedra.
     order
-        Of the solid's elements: the quadrature has one point more along an edge.
+        Order of the solid's elements; the quadrature has one more point along an edge.
     options
-        Of `basix.ufl.element`.
+        Further options of `basix.ufl.element`.
     """
     variant = basix.LagrangeVariant.gl_warped
     cell = mesh.basix_cell()
@@ -40,29 +40,29 @@ def point_element(mesh: dmesh.Mesh, order: int, **options: Any) -> Any:
 class MaterialMemory:
     """Internal variables at every quadrature point of the cells.
 
-    They are held by a discontinuous space whose nodes are the Gauss points of the volume's
-    quadrature. There they are exact; between them, and on the surface, where contact asks for the
-    stress, they are interpolated.
+    They are stored in a function of a discontinuous space whose nodes are the Gauss points of the
+    volume's quadrature. They are exact at these points, and interpolated between them and on the
+    surface, where contact evaluates the stress.
 
     Parameters
     ----------
     mesh
         Hexahedra.
     order
-        Of the elements: the quadrature has one point more along an edge.
+        Order of the elements; the quadrature has one more point along an edge.
     start
-        First values by name, each a number or nested tuples of numbers.
+        Initial values by name, each a number or nested tuples of numbers.
     cells
-        Local cells that remember; all by default.
+        Local cells that have internal variables; all by default.
 
     Attributes
     ----------
     last
-        The variables by name, in UFL.
+        Stored variables by name, in UFL.
     size
-        Number of their components.
+        Total number of their components.
     points
-        Where the points are in the reference cell, shape (n, 3).
+        Coordinates of the points in the reference cell, shape (n, 3).
     """
 
     def __init__(
@@ -91,12 +91,12 @@ class MaterialMemory:
 
     @property
     def places(self) -> np.ndarray:
-        """Where a cell's points are among `numbers`, shape (cells, points)."""
+        """Index in `numbers` of each point of each cell, shape (cells, points)."""
         return np.asarray(self._function.function_space.dofmap.list)
 
     @property
     def numbers(self) -> np.ndarray:
-        """The variables by place and component, to be overwritten."""
+        """Stored values by place and component, a view that may be written to."""
         return np.asarray(self._function.x.array.reshape(-1, self.size))
 
     def _variable(self, first: int, shape: tuple[int, ...]) -> Expr:
@@ -108,7 +108,7 @@ class MaterialMemory:
         )
 
     def compile(self, variables: Mapping[str, Expr]) -> fem.Expression:
-        """Prepare new values of all variables for `remember`."""
+        """Compile expressions for new values of all variables, for `evaluate`."""
         numbers = [
             variables[name][index] if index else variables[name]
             for name, last in self.last.items()
@@ -117,26 +117,26 @@ class MaterialMemory:
         return compile_expression(ufl.as_vector(numbers), self.points)
 
     def evaluate(self, variables: fem.Expression) -> NDArray[np.float64]:
-        """Return new values, from `compile`, as `numbers` has them."""
+        """Return new values from an expression of `compile`, in the layout of `numbers`."""
         values = variables.eval(self._function.function_space.mesh, self._cells)
         now = self.numbers.copy()
         now[self.places[self._cells].ravel()] = values.reshape(-1, self.size)
         return np.asarray(now)
 
     def remember(self, now: NDArray[np.float64]) -> None:
-        """Let every point remember new values, as `numbers` has them."""
+        """Store new values, in the layout of `numbers`."""
         self.numbers[:] = now
 
     def take_over(self, before: MaterialMemory, turn: NDArray[np.float64]) -> None:
-        """Remember what another one does of the same points, turned.
+        """Take over the values that another memory has for the same points, rotated.
 
         Parameters
         ----------
         before
-            The other one.
+            Memory to take the values from.
         turn
-            Rotation about Z of what is undeformed, shape (3, 3). Each index of a variable of shape
-            (2,), (3,), (2, 2) or (3, 3) is that of an axis of the undeformed stalk.
+            Rotation of the undeformed stalk about Z, shape (3, 3). Each index of a variable of
+            shape (2,), (3,), (2, 2) or (3, 3) refers to an axis of the undeformed stalk.
         """
         first = 0
         for last in self.last.values():
@@ -152,21 +152,21 @@ class MaterialMemory:
     def interpolate(
         self, now: NDArray[np.float64], points: NDArray[np.float64], cells: NDArray[np.int32]
     ) -> dict[str, NDArray[np.float64]]:
-        """Return new values, not remembered yet, between the quadrature points.
+        """Interpolate new values, which need not be stored, between the quadrature points.
 
         Parameters
         ----------
         now
-            The values, as `numbers` has them.
+            Values at the quadrature points, in the layout of `numbers`.
         points
-            In reference coordinates, shape (n, 3).
+            Points in reference coordinates, shape (n, 3).
         cells
             Local cells.
 
         Returns
         -------
         dict
-            By name, shape (cells, n, ...) with the variable's own shape in the end.
+            Values by name, shape (cells, n, ...), which ends in the variable's own shape.
         """
         values = now[self.places[cells]]
         shares = self._nodes.tabulate(0, points)[0, :, :, 0]

@@ -1,4 +1,4 @@
-"""The matrix of a displacement's linearised equations, open to whoever knows where entries go."""
+"""The matrix of the linearised equations, with direct access to its entries on one rank."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ NONE: NDArray[np.int64] = np.zeros((0, 2), dtype=np.int64)
 
 
 class Matrix:
-    """A matrix of PETSc. On one rank its entries are an array that can be added to directly.
+    """A PETSc matrix, whose entries on one rank are an array that can be added to directly.
 
     Parameters
     ----------
     pattern
         Bilinear form with an entry wherever the matrix may have one.
     couplings
-        Pairs of nodes between which it may have entries besides, global numbers, shape (n, 2); on
-        every rank the same.
+        Pairs of nodes between which it may have further entries, global numbers, shape (n, 2); the
+        same on every rank.
 
     Attributes
     ----------
     petsc
-        The matrix.
+        The matrix in PETSc.
     in_rows
-        Whether there is the array; without, there are none of the following.
+        Whether the array is available; if not, the following attributes do not exist.
     node_starts, node_columns
-        Compressed rows of the nodes, with sorted columns.
+        Compressed rows of the graph of nodes, with sorted columns.
     starts, columns, values
-        The same rows, one per component of the displacement: where they begin, and the entries. An
-        entry of a node has as many columns as components.
+        Compressed rows of the matrix, one per component of the displacement: starts, columns and
+        entries. A pair of nodes has as many columns in a row as there are components.
     """
 
     def __init__(self, pattern: fem.Form, couplings: NDArray[np.int64] = NONE) -> None:
@@ -67,7 +67,7 @@ class Matrix:
         self.petsc.setLGMap(same, same)
 
     def _make_room(self, couplings: NDArray[np.int64]) -> None:
-        """Add entries, which are zero, between pairs of nodes."""
+        """Add zero entries between pairs of nodes."""
         if not len(couplings):
             return
         self.petsc.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
@@ -83,14 +83,14 @@ class Matrix:
     def add_rows(
         self, rows: NDArray[np.int64], columns: NDArray[np.int64], entries: sparse.csr_array
     ) -> None:
-        """Add to rows of this rank, where there may be entries.
+        """Add to this rank's rows, at positions where the matrix may have entries.
 
         Parameters
         ----------
         rows, columns
-            Global numbers of those of `entries`.
+            Global numbers of the rows and columns of `entries`.
         entries
-            What to add.
+            Values to add.
         """
         placed = (entries.indptr, columns[entries.indices], rows)
         starts, at, numbers = (part.astype(PETSc.IntType) for part in placed)
@@ -98,7 +98,7 @@ class Matrix:
 
     @property
     def own_rows(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:
-        """Where this rank's rows begin, their columns among all, and the entries."""
+        """Compressed rows of this rank: starts, global columns, and entries."""
         if self.in_rows:
             return self.starts, self.columns, self.values
         starts, columns, values = self.petsc.getValuesCSR()
@@ -108,7 +108,7 @@ class Matrix:
 def _with_entries(
     columns: NDArray[np.int32], starts: NDArray[np.int32], added: NDArray[np.int64]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Add entries, row and column each, to compressed rows; return columns, sorted, and starts."""
+    """Add entries, by row and column, to compressed rows; return sorted columns and starts."""
     size = len(starts) - 1
     there = sparse.csr_array((np.ones(len(columns)), columns, starts), shape=(size, size))
     new = sparse.coo_array((np.ones(len(added)), tuple(added.T)), shape=(size, size))

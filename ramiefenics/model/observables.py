@@ -1,4 +1,4 @@
-"""What is read off a converged step: forces, widths, section, energies."""
+"""Results read off a converged step: forces, contact, section, energies."""
 
 from __future__ import annotations
 
@@ -19,11 +19,13 @@ from ramiefenics.model.tube import SURFACES
 from ramiefenics.specification import Cylinder
 
 UNFELT_MM, SWALLOWED = 0.1, 0.5
-"""A cylinder that is so deep inside the stalk without force, or by that share of its radius with
-any, has been missed by the mesh."""
+"""Penetrations beyond which the mesh has missed a cylinder.
+
+The first holds without any force, the second, over the cylinder's radius, with any force.
+"""
 
 NOTHING_N = 1e-3
-"""Force that is none: Newton's method stops far below, but not at zero."""
+"""Force that counts as none: Newton's method stops far below it, but not at zero."""
 
 
 @dataclass(frozen=True)
@@ -33,33 +35,33 @@ class Observables:
     Attributes
     ----------
     force_N, support_force_N
-        Pressed by all cylinders that move, borne by all that do not.
+        Forces exerted by all cylinders that move, and borne by all that do not.
     indenter_contact_length_mm, indenter_contact_width_mm
-        Extent of the touching area along Z and along X: four standard deviations, which are the
-        axes of an ellipse. On the first cylinder of the fixture that moves.
+        Extent along Z and along X of the touching area on the first cylinder of the fixture that
+        moves: four standard deviations, which for an ellipse are its axes.
     support_contact_length_mm, support_contact_width_mm
-        The same on the first one that does not.
+        The same on the first cylinder that does not move.
     section_height_mm, section_width_mm
-        Extent along Y and X of the section under the first cylinder that moves: midspan, if that
-        is in the middle.
+        Extent along Y and X of the section under the first cylinder that moves, which is midspan
+        if that cylinder is in the middle.
     void_height_mm
-        Height left of the pith void in that section; NaN for a solid core, or in a node.
+        Remaining height of the pith void in that section; NaN for a solid core, or in a node.
     void_force_N
-        With which the void's walls press on each other along Y, wherever they do.
+        Force along Y between the void's walls, wherever they touch.
     overhang_mm
-        Least length of stalk along Z, on the side of a fixed cylinder, left beyond the middle of
-        the contact with it; NaN if one has no contact.
+        Least length along Z of the stalk beyond the middle of its contact with a fixed cylinder, on
+        the cylinder's side of the stalk; NaN if a fixed cylinder has no contact.
     penetration_mm
-        How far, along Y, the front of a cylinder is beyond a corner of the mesh, at the most.
+        Largest distance along Y by which the front of a cylinder is beyond a vertex of the mesh.
     penetration_radii
-        The same over the cylinder's radius; none for plates.
+        The same over the cylinder's radius; zero for plates.
     stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
-        Stored energy; what friction has dissipated so far; energy that the material has dissipated
-        so far.
+        Stored energy, energy dissipated by friction so far, and energy dissipated by the material
+        and the bond so far.
     min_volume_ratio, min_principal_stretch, min_acoustic_MPa
-        Lowest over all quadrature points, see `PointState`. Where the last is negative the
-        material has lost strong ellipticity, and the answer depends on the mesh; it is NaN until
-        it is sought, see `Observer.search`.
+        Lowest values over all quadrature points, see `PointState`. Where the last is negative, the
+        material has lost strong ellipticity and the result depends on the mesh. It is NaN until it
+        is searched for, see `Observer.search`.
     """
 
     force_N: float
@@ -83,13 +85,13 @@ class Observables:
     min_acoustic_MPa: float
 
     def physical_end(self) -> str | None:
-        """Return why the model says nothing about what follows, if so."""
+        """Return why the model cannot describe what follows; None if it can."""
         if self.overhang_mm <= 0.0 or (self.force_N > NOTHING_N and math.isnan(self.overhang_mm)):
             return "the stalk has slipped off a support"
         return None
 
     def missed_contact(self) -> str:
-        """Return what is wrong where contact is missed."""
+        """Return a message that explains a missed contact."""
         how = "without force" if self.force_N <= 0.0 else "with too little force"
         return (
             f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
@@ -99,29 +101,29 @@ class Observables:
 
     @property
     def misses_contact(self) -> bool:
-        """Whether a cylinder is inside the stalk; shorter steps may not miss the surface."""
+        """Whether a cylinder has passed the surface undetected; shorter steps may detect it."""
         unfelt = self.force_N <= 0.0 and self.penetration_mm > UNFELT_MM
         return unfelt or self.penetration_radii > SWALLOWED
 
 
 class Observer:
-    """Measures a `BendingProblem`; collective.
+    """Evaluates the observables of a `BendingProblem`; collective.
 
     Parameters
     ----------
     problem
-        What to measure, after each converged step and before the contact advances.
+        Problem to observe, after each converged step and before the contact advances.
 
     Attributes
     ----------
     material
-        State of the quadrature points when last observed.
+        State of the quadrature points at the last observation.
     """
 
     def __init__(self, problem: BendingProblem) -> None:
         self.problem = problem
         self._points = MaterialPoints(problem.solid, problem.test.numerics.acoustic_check)
-        self.material: PointState  # since the first observation
+        self.material: PointState  # set by the first observation
         mesh = problem.tube.mesh
         self._vertices = fem.functionspace(mesh, ("Lagrange", 1))
         self._at = self._vertices.tabulate_dof_coordinates()
@@ -142,7 +144,7 @@ class Observer:
         self._void_centre = stalk.void_centre_mm(at_mm)
 
     def _on_section(self, name: str) -> NDArray[np.int32]:
-        """Vertices of a surface in the plane under the first cylinder that moves."""
+        """Return the vertices of a surface in the plane under the first cylinder that moves."""
         facets = self.problem.tube.facets.find(SURFACES[name])
         dim = self.problem.tube.mesh.topology.dim
         dofs = fem.locate_dofs_topological(self._vertices, dim - 1, facets)
@@ -150,12 +152,12 @@ class Observer:
         return dofs[np.abs(self._straight[dofs, 2] - self._fixture.indenter.z_mm) < tolerance]
 
     def vertex_displacement(self) -> NDArray[np.float64]:
-        """Displacement at the vertices, mm, shape (vertices, 3), ghosts included."""
+        """Return the displacement at the vertices, mm, shape (vertices, 3), ghosts included."""
         self._moved.interpolate(self.problem.solid.displacement)
         return self._moved.x.array.reshape(-1, 3)
 
     def observe(self) -> Observables:
-        """Measure the current state."""
+        """Return the observables of the current state."""
         problem, comm = self.problem, self.problem.tube.mesh.comm
         sums = problem.contact.sums()
         position = self._at + self.vertex_displacement()
@@ -195,7 +197,7 @@ class Observer:
         )
 
     def search(self, observables: Observables) -> Observables:
-        """Add the least acoustic eigenvalue to what has been observed of the current state."""
+        """Add the least acoustic eigenvalue to the observables of the current state."""
         self.material = self._points.evaluate(search=True)
         least = self._least(self.material.acoustic_MPa)
         return dataclasses.replace(observables, min_acoustic_MPa=least)
@@ -205,7 +207,7 @@ class Observer:
         return float(comm.allreduce(values.min(initial=np.inf), op=MPI.MIN))
 
     def _extent(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Size of the box around points of all ranks, shape (3,)."""
+        """Return the size of the bounding box of the points of all ranks, shape (3,)."""
         comm = self.problem.tube.mesh.comm
         low = points.min(axis=0) if len(points) else np.full(3, np.inf)
         high = points.max(axis=0) if len(points) else np.full(3, -np.inf)
@@ -214,7 +216,7 @@ class Observer:
         return high - low
 
     def _void_height(self, position: NDArray[np.float64]) -> float:
-        """Distance of the lowest roof point from the highest floor point of the void."""
+        """Return the distance from the highest floor point to the lowest roof point of the void."""
         comm = self.problem.tube.mesh.comm
         _, centre = self._void_centre
         roof = self._bore[(self._straight[self._bore, 1] > centre) & self._in_middle()]
@@ -224,7 +226,7 @@ class Observer:
         return float(top - bottom)
 
     def _overhang(self, position: NDArray[np.float64], sums: tuple[ContactSums, ...]) -> float:
-        """Return the least distance along Z from the middle of a fixed one's contact to the end."""
+        """Return the least distance along Z from a fixed cylinder's contact to the stalk's end."""
         left = []
         for contact in sums:
             cylinder = contact.cylinder
@@ -240,7 +242,7 @@ class Observer:
         return float(self.problem.tube.mesh.comm.allreduce(min(left), op=MPI.MIN))
 
     def _penetration(self, position: NDArray[np.float64]) -> tuple[float, float]:
-        """Return how far any cylinder's front is beyond the vertices it faces, mm and radii."""
+        """Return the largest depth of a cylinder's front beyond the vertices, mm and radii."""
         deepest = np.zeros(2)
         for obstacle, vertices in self._facing:
             cylinder, front = obstacle.cylinder, self.problem.contact.front(obstacle)
@@ -255,14 +257,14 @@ class Observer:
         return x < 0.3 * self.problem.test.stalk.void_diameter_mm / 2.0
 
     def _cut(self, cylinder: Cylinder) -> tuple[bool, bool]:
-        """Return whether symmetry planes cut a cylinder's contact, across X and across Z."""
+        """Return whether the planes X = 0 and Z = 0 of symmetry cut a cylinder's contact."""
         domain = self.problem.test.numerics.domain
         return domain != "full", domain == "quarter" and cylinder.z_mm == 0.0
 
     def _axes(self, contact: ContactSums) -> tuple[float, float]:
         """Return the axes along X and Z of the ellipse with the touching area's second moments.
 
-        Where a symmetry plane cuts the area, its mean is on that plane.
+        Where a symmetry plane cuts the area, the centroid is on that plane.
         """
         area = contact.area_mm2
         if area == 0.0:

@@ -1,4 +1,4 @@
-"""Lagrange cells cut along their nodes into pieces of first order, as VTK wants them."""
+"""Lagrange cells cut along their nodes into pieces of first order, as VTK requires them."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def cut_cells(space: fem.FunctionSpace) -> tuple[NDArray[np.int64], NDArray[np.f
     Returns
     -------
     tuple
-        Local nodes of each piece of a cell in VTK's order, shape (order^3, 8), and the pieces'
-        middles in reference coordinates, shape (order^3, 3).
+        Local nodes of each piece of a cell in VTK's order, shape (order^3, 8), and the centres of
+        the pieces in reference coordinates, shape (order^3, 3).
     """
     order, node = _lattice(space)
     first = list(np.ndindex(order, order, order))
@@ -34,8 +34,8 @@ def cut_facets(space: fem.FunctionSpace) -> NDArray[np.int64]:
     -------
     numpy.ndarray
         Local nodes of the cell at the corners of each piece of each of its facets,
-        counter-clockwise as seen from outside, shape (6, order^2, 4). The second of the
-        coordinates of `on_facets` runs faster over the pieces.
+        counter-clockwise as seen from outside, shape (6, order^2, 4). From piece to piece, the
+        second coordinate of `on_facets` varies fastest.
     """
     order, node = _lattice(space)
     inwards = basix.cell.facet_orientations(basix.CellType.hexahedron)
@@ -70,7 +70,7 @@ def on_facets(points: NDArray[np.float64], facets: NDArray[np.int32]) -> NDArray
 
 
 def within_cells(mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return cell, and number of the facet in it, for boundary facets of this rank's own cells."""
+    """Return the cell of each boundary facet of this rank's cells, and the facet's number in it."""
     dim = mesh.topology.dim
     mesh.topology.create_connectivity(dim - 1, dim)
     mesh.topology.create_connectivity(dim, dim - 1)
@@ -86,14 +86,14 @@ def within_cells(mesh: dmesh.Mesh, facets: NDArray[np.int32]) -> NDArray[np.int3
 
 
 def facet_frames() -> NDArray[np.float64]:
-    """Return origin and two edges of the facets of the reference hexahedron, shape (6, 3, 3)."""
+    """Return origin and two edges of each facet of the reference hexahedron, shape (6, 3, 3)."""
     hexahedron = basix.CellType.hexahedron
     corners = basix.geometry(hexahedron)[np.array(basix.topology(hexahedron)[2])[:, :3]]
     return np.concatenate([corners[:, :1], corners[:, 1:] - corners[:, :1]], axis=1)
 
 
 def _lattice(space: fem.FunctionSpace) -> tuple[int, dict[tuple[int, ...], int]]:
-    """Return the order of a Lagrange space, and its local nodes by their place in the cell."""
+    """Return the order of a Lagrange space, and its local nodes by their position in the cell."""
     element = space.element.basix_element
     places = np.rint(element.points * element.degree).astype(int)
     return element.degree, {tuple(place): node for node, place in enumerate(places.tolist())}

@@ -1,4 +1,4 @@
-"""Checksums of compiled code, so that what a disk has damaged is compiled again, not run."""
+"""Checksums of compiled code, so that damaged files are compiled again instead of being run."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from pathlib import Path
 
 
 def seal(path: Path) -> None:
-    """Keep a file's checksum beside it."""
+    """Write a file's checksum beside it."""
     _beside(path).write_text(_checksum(path), encoding="ascii")
 
 
 def is_sound(path: Path) -> bool:
-    """Return whether a file is there as it was sealed."""
+    """Return whether a file exists and is as it was when it was sealed."""
     try:
         return _beside(path).read_bytes() == _checksum(path).encode("ascii")
-    except FileNotFoundError:  # either of the two
+    except FileNotFoundError:  # the file or its checksum
         return False
 
 

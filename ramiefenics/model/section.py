@@ -11,23 +11,25 @@ import gmsh
 from ramiefenics.specification import MeshRecipe, Stalk
 
 CORE_ON_AXIS, CORE_DIAGONAL = 0.5, 0.55
-"""Corners of a solid core's inner block, on an axis and between axes, relative to the radius of the
-innermost layer."""
+"""Radius of the corners of a solid core's inner block, over that of the innermost layer.
+
+The first is for corners on an axis, the second for those between axes.
+"""
 
 
 THINNESS = 1e-4
 """Thickness of the film of cells that bonds the outermost layer, over that of the layer."""
 
 FILM = -1
-"""Its index among the layers."""
+"""Index of the film among the layers."""
 
 
 @dataclass(frozen=True)
 class _Ring:
-    """A closed or half line of nodes around the axis.
+    """A full or half ring of nodes around the axis.
 
-    Its radii alternate (on an axis, between axes) for the straight-edged ring around the block
-    that fills a solid core; one radius and circular arcs otherwise.
+    The ring around the block that fills a solid core has straight edges, and its radii alternate
+    (on an axis, between axes). Any other ring has one radius and circular arcs.
     """
 
     on_axis: float
@@ -43,21 +45,21 @@ def add_section(
     Parameters
     ----------
     stalk
-        Gives the radii.
+        Stalk, which gives the radii.
     recipe
-        Gives the numbers of elements.
+        Mesh recipe, which gives the numbers of elements.
     z
-        Plane of the section, mm.
+        Z of the section's plane, mm.
     full
-        The whole section, or the half X >= 0.
+        Whether to mesh the whole section, or else the half X >= 0.
     filled
-        Whether the innermost layer fills a void: the other layers are cut as without it.
+        Whether the innermost layer fills a void; the other layers are divided as without it.
 
     Returns
     -------
     dict
-        Surfaces of each layer, by its index from the inside, and of the film if the bond is not
-        perfect.
+        Tags of the surfaces of each layer, by its index from the inside, and of the film if the
+        bond is not perfect.
     """
     geo = gmsh.model.geo
     solid = stalk.void_diameter_mm == 0.0
@@ -81,7 +83,7 @@ def add_section(
             )
             arcs[-1].append(line)
         for line, angle in zip(arcs[-1], angles, strict=False):
-            # counter-clockwise: away from a side in the first and third quadrant
+            # arcs run counter-clockwise: away from a side in the first and third quadrants
             growth = recipe.side_growth if angle % 180 < 90 else 1.0 / recipe.side_growth
             geo.mesh.setTransfiniteCurve(line, per_arc + 1, "Progression", growth)
 
@@ -113,10 +115,10 @@ def _angles(solid: bool, full: bool, share: float) -> list[float]:
     solid
         Whether there is a core, whose block has a corner within each quadrant.
     full
-        All four quadrants, or those at X >= 0.
+        Whether to cover all four quadrants, or else those at X >= 0.
     share
-        Angle between corner and Y over that between X and corner: nodes graded towards the sides
-        are then those of a tube without core.
+        Angle between corner and Y over that between X and corner, such that nodes graded towards
+        the sides are those of a tube without core.
     """
     corner = 90.0 / (1.0 + share)
     inside = [corner] if solid else []
@@ -132,9 +134,9 @@ def _angles(solid: bool, full: bool, share: float) -> list[float]:
 def _rings(
     stalk: Stalk, recipe: MeshRecipe, filled: bool
 ) -> tuple[list[_Ring], list[int], list[int]]:
-    """Return the rings, and for each gap between two its layer and number of elements.
+    """Return the rings, and for each gap between two rings its layer and number of elements.
 
-    The film is a gap of its own, at the expense of the outermost layer.
+    The film is a gap of its own, whose thickness is taken from the outermost layer.
     """
     radii = list(stalk.radii_mm)
     rings = [_Ring(radius, radius, False) for radius in radii]
@@ -142,7 +144,7 @@ def _rings(
         rings[0] = _Ring(CORE_ON_AXIS * radii[1], CORE_DIAGONAL * radii[1], True)
     layers = list(range(len(stalk.layers)))
     thickness = [rings[i + 1].on_axis - rings[i].on_axis for i in layers]
-    # a core within a wall is cut as that is, on top of it
+    # a core within a wall has elements of the wall's size, in addition to the wall's
     cored = filled or (stalk.void_diameter_mm == 0.0 and len(layers) > 2)
     tube = thickness[1:] if cored else thickness
     wall = sum(tube[:-1]) or tube[0]

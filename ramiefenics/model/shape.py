@@ -1,4 +1,4 @@
-"""From a straight circular tube to the stalk's own shape, and back."""
+"""Map from a straight circular tube to the stalk's own shape, and back."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Array = NDArray[np.float64]
 
 
 def stalk_point(stalk: Stalk, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return where the stalk has a point of a straight circular tube, mm.
+    """Return the position in the stalk of a point of a straight circular tube, mm.
 
-    First the bore is moved off the axis, then sections are scaled by the taper, elliptic ones are
-    flattened and turned, and the axis is bowed.
+    The bore is moved off the axis, sections are scaled by the taper, flattened if they are elliptic
+    and turned, and the axis is bowed.
     """
     flat = stalk.height_mm / stalk.outer_diameter_mm
     angle = math.radians(stalk.rotation_deg)
@@ -30,7 +30,7 @@ def stalk_point(stalk: Stalk, x: float, y: float, z: float) -> tuple[float, floa
 
 
 def _bowed(stalk: Stalk, y: float, z: float) -> tuple[float, float]:
-    """Return Y and Z of a point of the straight stalk."""
+    """Return Y and Z of a point of the straight stalk once its axis is bowed."""
     if stalk.curvature_per_m == 0.0:
         return y, z
     curvature = stalk.curvature_per_m / 1000.0
@@ -40,26 +40,26 @@ def _bowed(stalk: Stalk, y: float, z: float) -> tuple[float, float]:
 
 
 def straightened(stalk: Stalk, points: Array) -> Array:
-    """Return where points of the stalk would be if its axis were straight, mm, shape (n, 3)."""
+    """Return the positions of points of the stalk if its axis were straight, mm, shape (n, 3)."""
     if stalk.curvature_per_m == 0.0:
         return points
     radius = 1000.0 / stalk.curvature_per_m
     x, y, z = points.T
     away = math.copysign(1.0, radius) * np.hypot(radius + y, z)
-    # away - radius without the difference of large numbers
+    # equal to away - radius, without a difference of large numbers
     above = (2.0 * radius * y + y**2 + z**2) / (away + radius)
     return np.column_stack([x, above, radius * np.arcsin(z / away)])
 
 
 def round_section(stalk: Stalk, points: Array) -> tuple[Array, Array]:
-    """Return X and Y that points of the stalk have on the straight circular tube, mm.
+    """Return X and Y of points of the stalk when it is mapped to a straight circular tube, mm.
 
     Parameters
     ----------
     stalk
-        Gives the shape.
+        Stalk, which gives the shape.
     points
-        In the stalk, shape (n, 3).
+        Points in the stalk, shape (n, 3).
     """
     x, y, z = straightened(stalk, points).T
     angle, scale = math.radians(stalk.rotation_deg), stalk.scale_at(z)
@@ -68,7 +68,7 @@ def round_section(stalk: Stalk, points: Array) -> tuple[Array, Array]:
     up = (math.cos(angle) * y - math.sin(angle) * x) / (flat * scale)
     if stalk.void_offset_mm == 0.0:
         return across, up
-    # up there is y + slope (outer - r) with r^2 = x^2 + y^2, within the innermost layer
+    # within the innermost layer, up is y + slope (outer - r) with r^2 = x^2 + y^2
     inner, outer = stalk.radii_mm[:2]
     slope = stalk.void_offset_mm / flat / (outer - inner)
     fixed = up - slope * outer

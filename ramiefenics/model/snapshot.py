@@ -19,7 +19,7 @@ from ramiefenics.model.surface import ContactSurface
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells of first order with data, as VTK wants them.
+    """Cells of first order with data, as VTK requires them.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class Grid:
     point_data, cell_data
         Arrays by name, of length n and m.
     order
-        Of the elements: so many cells along every edge of an element, one after the other as
-        `numpy.ndindex` counts, are its pieces.
+        Order of the elements. An element is cut into this many cells along every edge, which follow
+        one another in the order of `numpy.ndindex`.
     """
 
     points: NDArray[np.float64]
@@ -46,24 +46,24 @@ class Grid:
 class Snapshot:
     """The displaced stalk with its fields, and the contact on its surface.
 
-    A cell of second order appears as eight of first order, which share its nodes; its facet as
-    four. Both grids have ``displacement_mm``, shape (n, 3), at their points.
+    A cell of second order appears as eight cells of first order, which share its nodes, and its
+    facet as four. Both grids have ``displacement_mm``, shape (n, 3), at their points.
 
     Attributes
     ----------
     travel_mm, time_s
         Travel of the indenter, and time.
     body
-        Hexahedra with ``layer`` (1 for the innermost); at their middles Cauchy's stress
-        ``stress_MPa`` and the strain of Green and Lagrange ``green_strain``, shape (m, 6), in the
-        order XX, YY, ZZ, XY, YZ, XZ; ``principal_stretches``, shape (m, 3), ascending;
-        ``von_mises_MPa``, ``axial_stress_MPa`` (along the deformed fibres) and ``axial_stretch``;
-        ``min_volume_ratio``, ``min_principal_stretch`` and
-        ``min_acoustic_MPa``, the lowest of the cell's quadrature points, see `PointState`; if the
-        law remembers, its internal variables at the cells' middles, the components of a tensor row
-        by row, and ``dissipated_Nmm_per_mm3``.
+        Hexahedra with the following data. ``layer`` is 1 for the innermost. At the cells' centres
+        there are the Cauchy stress ``stress_MPa`` and the Green-Lagrange strain ``green_strain``,
+        both of shape (m, 6) in the order XX, YY, ZZ, XY, YZ, XZ; ``principal_stretches``, shape
+        (m, 3), ascending; ``von_mises_MPa``, ``axial_stress_MPa`` (along the deformed fibres) and
+        ``axial_stretch``; and, unless the law is elastic, its internal variables, the components of
+        a tensor row by row, and ``dissipated_Nmm_per_mm3``. ``min_volume_ratio``,
+        ``min_principal_stretch`` and ``min_acoustic_MPa`` are the lowest values at the element's
+        quadrature points, see `PointState`.
     contact
-        The part of the outer surface that a cylinder may touch: facets with what
+        Facets of the part of the outer surface that a cylinder may touch, with the data that
         `ContactSurface.evaluate` returns.
     """
 
@@ -79,9 +79,9 @@ class Camera:
     Parameters
     ----------
     problem
-        What to look at.
+        Problem to take snapshots of.
     observer
-        What has been observed of it at the same step.
+        Its observer, which must have observed the same step.
     """
 
     MIDDLE_FIELDS = ("von_mises_MPa", "axial_stress_MPa", "axial_stretch")
@@ -149,14 +149,14 @@ class Camera:
         return Snapshot(travel_mm, time_s, body, contact)
 
     def _principal_stretches(self, components: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the roots of the eigenvalues of F^T F, ascending."""
+        """Return the square roots of the eigenvalues of F^T F, ascending."""
         C = np.empty((len(components), 3, 3))
         for column, (i, j) in zip(components.T, self.COMPONENTS, strict=True):
             C[:, i, j] = C[:, j, i] = column
         return np.asarray(np.sqrt(np.linalg.eigvalsh(C)))
 
     def _gather(self, corners: NDArray[np.int64], fields: dict[str, NDArray[Any]]) -> Grid | None:
-        """Join the cells of all ranks; points on the border of two ranks appear twice."""
+        """Join the cells of all ranks; points on the border between two ranks appear twice."""
         used, cells = np.unique(corners, return_inverse=True)
         local = {
             "points": self._scalar.tabulate_dof_coordinates()[used],

@@ -1,4 +1,4 @@
-"""A layered solid on a mesh: displacement, energy, stress, and what the material remembers."""
+"""A layered solid on a mesh: displacement, energy, stress and internal variables."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from ramiefenics.specification.material import G_PER_CM3
 log = logging.getLogger(__name__)
 
 QUADRATURE_DEGREE = {1: 2, 2: 4}
-"""Volume quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points, full integration."""
+"""Degree of the volume's full quadrature by element order: 2 x 2 x 2 and 3 x 3 x 3 points."""
 
 DISSIPATED = "dissipated"
-"""What the material remembers beside its law's internal variables, N/mm2."""
+"""Name of the dissipated energy, N/mm2, which is stored beside the law's internal variables."""
 
 
 def volume_measure(mesh: dmesh.Mesh, order: int, cells: dmesh.MeshTags) -> ufl.Measure:
@@ -45,23 +45,23 @@ def volume_measure(mesh: dmesh.Mesh, order: int, cells: dmesh.MeshTags) -> ufl.M
 class Solid:
     """Displacement field and stored energy of a layered solid.
 
-    The layers' parameters are cell-wise data to the forms, so that one compiled form serves
-    any number of layers and any constants.
+    The layers' parameters are cell-wise data of the forms, so that one compiled form serves any
+    number of layers and any constants.
 
     Parameters
     ----------
     mesh
         Hexahedra; the displacement has the order of the geometry.
     cells
-        Layer of every cell, 1 for the first material; cells of any other tag are no part of it.
+        Layer of every cell, 1 for the first material; cells with other tags are not part of it.
     materials
-        One per layer.
+        Material of each layer.
     law
         Material law, as in the specification.
     serendipity
-        Whether the displacement does without nodes inside faces and cells (Arnold and Awanou 2011).
+        Whether the displacement has no nodes inside faces and cells (Arnold and Awanou 2011).
     local
-        What differs from point to point, by the names in `local_law`.
+        Fields that vary from point to point, by the names in `local_law`.
 
     Attributes
     ----------
@@ -70,11 +70,11 @@ class Solid:
     displacement
         The unknown.
     density
-        Cell-wise, tonne/mm3.
+        Cell-wise density, tonne/mm3.
     cells
         Local cells of the layers, those that this rank owns first.
     duration
-        Of the step from the last accepted state, s.
+        Duration of the step from the last accepted state, s.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class Solid:
 
     @cached_property
     def kernel(self) -> ElementKernel | None:
-        """Integrals over the cells by generated C; None where the form compiler has to do it."""
+        """Integrals over the cells by generated C; None if the form compiler must be used."""
         try:
             return ElementKernel(
                 self.law,
@@ -150,7 +150,7 @@ class Solid:
         return ufl.Identity(3) + ufl.grad(displacement)
 
     def fibres(self, F: Expr) -> Expr:
-        """Return the fibres' direction at rest, deformed by F, UFL shape (3,)."""
+        """Return the fibres' unit vector at rest as mapped by F, UFL shape (3,)."""
         return F * fibre(self._local) if FIBRE_X in self._local else F[:, 2]
 
     @property
@@ -159,7 +159,7 @@ class Solid:
         return {} if self._memory is None else self._memory.last
 
     def state(self, F: Expr) -> State:
-        """Return the internal variables at the end of a step to a deformation gradient."""
+        """Return the internal variables at the end of a step to the deformation gradient F."""
         return self.law.state(F, self._parameters, self._last, self.duration)
 
     def energy_density(self, F: Expr, state: State | None = None) -> Expr:
@@ -170,7 +170,7 @@ class Solid:
         F
             Deformation gradient, UFL shape (3, 3).
         state
-            Internal variables; by default those that follow from it.
+            Internal variables; by default those that follow from F.
         """
         return self.law.stored(F, self._parameters, self.state(F) if state is None else state)
 
@@ -183,17 +183,17 @@ class Solid:
         return self.stress_at(ufl.variable(self.gradient(displacement)))
 
     def energy(self) -> Expr:
-        """Return the stored energy of the mesh, a UFL functional, N mm."""
+        """Return the stored energy of the solid, a UFL functional, N mm."""
         return self.energy_density(self.gradient(self.displacement)) * self.dx
 
     def term(self) -> Term:
-        """Return the stress's part of the equations."""
+        """Return the contribution of the stress to the equations."""
         if self.kernel is not None:
             return KernelTerm(self.kernel)
         return FormTerm(self.virtual_work(ufl.TestFunction(self.space)), self.displacement)
 
     def energies(self) -> tuple[float, float]:
-        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        """Return the energies that this rank's cells store, and have dissipated so far, N mm."""
         if self.kernel is not None:
             return self.kernel.energies()
         stored, dissipated = self._energies
@@ -207,13 +207,13 @@ class Solid:
         return compile_form(self.energy()), compiled
 
     def virtual_work(self, v: Expr) -> Expr:
-        """Return the stress's work on a test function, a UFL form, N mm."""
+        """Return the virtual work of the stress on a test function, a UFL form, N mm."""
         if self._memory is None:
             return ufl.derivative(self.energy(), self.displacement, v)
         return ufl.inner(self.stress(self.displacement), ufl.grad(v)) * self.dx
 
     def dissipation(self) -> Expr | None:
-        """Return what the mesh has dissipated so far, a UFL functional, N mm; None if nothing."""
+        """Return the energy dissipated so far, a UFL functional, N mm; None for an elastic law."""
         if self._memory is None:
             return None
         F = self.gradient(self.displacement)
@@ -224,20 +224,20 @@ class Solid:
         return self._last[DISSIPATED] + step
 
     def remember(self) -> None:
-        """Let the material remember the current state as the end of a step, whose time is over."""
+        """Store the internal variables of the current state, and reset the duration to zero."""
         if self._memory is not None:
             self._memory.remember(self._updated(self._memory))
         self.duration.value = 0.0
 
     def take_over(self, before: Solid, turn: NDArray[np.float64]) -> None:
-        """Take over displacement and memory from the same solid before it was turned.
+        """Take over displacement and internal variables of the same solid before it was turned.
 
         Parameters
         ----------
         before
-            The same cells.
+            Solid of the same cells.
         turn
-            By a rotation about Z, shape (3, 3).
+            Rotation about Z by which it was turned, shape (3, 3).
         """
         moved = before.displacement.x.array.reshape(-1, 3) @ turn.T
         self.displacement.x.array[:] = moved.ravel()
@@ -247,12 +247,12 @@ class Solid:
     def internal_variables(
         self, points: NDArray[np.float64], cells: NDArray[np.int32]
     ) -> dict[str, NDArray[np.float64]]:
-        """Return what the material remembers of the current state, by name with unit.
+        """Return the internal variables of the current state, by name with unit.
 
         Parameters
         ----------
         points
-            In reference coordinates, shape (n, 3).
+            Points in reference coordinates, shape (n, 3).
         cells
             Local cells.
 
@@ -260,7 +260,7 @@ class Solid:
         -------
         dict
             The law's internal variables and the dissipation so far, each of shape (cells, n, ...);
-            empty if the law remembers nothing.
+            empty for an elastic law.
         """
         if self._memory is None or self.law.memory is None:
             return {}
@@ -269,12 +269,12 @@ class Solid:
         return {f"{n}_{units[n]}" if n in units else n: value for n, value in values.items()}
 
     def _updated(self, memory: MaterialMemory) -> NDArray[np.float64]:
-        """Return what the material remembers of the current state, ghosts included."""
+        """Return the internal variables of the current state, ghosts included."""
         return memory.evaluate(self._now) if self.kernel is None else self.kernel.updated()
 
     @cached_property
     def _now(self) -> fem.Expression:
-        """The same, compiled."""
+        """Compiled expression for the internal variables of the current state."""
         assert self._memory is not None
         F = self.gradient(self.displacement)
         state = self.state(F)
@@ -286,7 +286,7 @@ class Solid:
         return self.stress(self.displacement) * F.T / ufl.det(F)
 
     def symmetry(self, facets: Any, axis: int) -> fem.DirichletBC:
-        """Hold one displacement component at zero on facets."""
+        """Return the condition that one displacement component is zero on facets."""
         space = self.space.sub(axis)
         scalar, _ = space.collapse()
         dim = self.mesh.topology.dim - 1

@@ -14,22 +14,23 @@ from ufl.domain import extract_unique_domain
 class Structure:
     """A form or an expression on one mesh.
 
-    UFL makes a form's signature too, but seeks the mesh anew in every coefficient, which takes as
-    long as all the rest of a small simulation's set-up; and it has none of expressions with
-    derivatives that have not been carried out.
+    UFL computes a form's signature too, but searches for the mesh in every coefficient, which takes
+    as long as all the rest of a small simulation's set-up; and it cannot compute a signature for
+    expressions with derivatives that have not been applied.
 
     Parameters
     ----------
     expression
-        In UFL.
+        Form or expression in UFL.
 
     Attributes
     ----------
     signature
-        Equal for expressions that differ at most in their mesh, in the values of their data, and in
-        the numbers that UFL gives to its objects: of these the form compiler makes the same code.
+        Signature, equal for expressions that differ at most in their mesh, in the values of their
+        data, and in the numbers that UFL gives to its objects. The form compiler generates the
+        same code for these.
     arguments, coefficients, constants
-        In the form compiler's order.
+        Arguments and data, in the form compiler's order.
     domain, mesh
         The mesh, in UFL and in C++.
     """

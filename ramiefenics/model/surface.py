@@ -1,4 +1,4 @@
-"""What contact does to the stalk's surface, facet by facet."""
+"""State of contact on the stalk's surface, facet by facet."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class ContactSurface:
     """The facets that a cylinder may touch, and the state of contact on them.
 
     A facet of second order is cut into four, each with the quadrature points within it. Nothing is
-    averaged over more than that, so that sums over the facets are those of the weak form.
+    averaged over more than that, so sums over the facets equal those of the weak form.
 
     Parameters
     ----------
     contact
-        Where facets and state come from.
+        Contact, which gives facets and state.
     space
         Scalar Lagrange space of the solid's order.
 
@@ -47,7 +47,7 @@ class ContactSurface:
         at = cut_facets(space).reshape(-1, 4 * order**2)[places]
         nodes = np.take_along_axis(space.dofmap.list[cells], at, axis=1)
         self.corners = nodes.reshape(-1, 4).astype(np.int64)
-        # the rule of `Contact.ds`; none of its points is on an edge of a piece
+        # the quadrature of `Contact.ds`; none of its points is on an edge of a piece
         points, weights = basix.make_quadrature(
             basix.CellType.quadrilateral, SURFACE_QUADRATURE_DEGREE[order]
         )
@@ -64,13 +64,14 @@ class ContactSurface:
         -------
         dict
             ``contact_state``: `NO_CONTACT` where no quadrature point of the facet touches, else
-            `SLIP` where at least half of the touching area slips, else `STICK`. Means over the
-            facet of ``contact_pressure_MPa`` and, shape (m, 3), of ``contact_traction_MPa`` and
-            ``friction_traction_MPa``: all that acts on the stalk, and its tangential part. They are
-            exactly zero where nothing touches. ``max_contact_pressure_MPa``, the highest of the
-            quadrature points; ``gap_mm`` to the cylinder, the least of them; ``slip_mm`` in this
-            step, shape (m, 3), the mean over those that touch. ``area_mm2``. Stresses and areas are
-            those of the undeformed surface.
+            `SLIP` where at least half of the touching area slips, else `STICK`.
+            ``contact_pressure_MPa`` and, of shape (m, 3), ``contact_traction_MPa`` and
+            ``friction_traction_MPa``: means over the facet of the pressure, of the total traction
+            on the stalk and of its tangential part, exactly zero where nothing touches.
+            ``max_contact_pressure_MPa``: the highest pressure at the quadrature points.
+            ``gap_mm``: the least distance of the quadrature points from the cylinder. ``slip_mm``,
+            of shape (m, 3): the slip in this step, averaged over the touching points.
+            ``area_mm2``: the area of the facet. Stresses and areas refer to the undeformed surface.
         """
         values = evaluate_on_facets(self._expression, self._mesh, self._facets)
         rows = np.arange(len(self._facets))[:, None, None]
@@ -96,16 +97,16 @@ class ContactSurface:
 def _by_piece(
     mesh: dmesh.Mesh, facets: NDArray[np.int32], points: NDArray[np.float64], order: int
 ) -> NDArray[np.int64]:
-    """Sort the points of facets by the pieces of `cut_facets` that they are in.
+    """Sort the points of facets by the pieces of `cut_facets` that contain them.
 
-    Which point of the reference facet is where on a cell's facet depends on the release of dolfinx
-    and, since 0.10, on the facet's orientation. So it is found out, by a function that has the
-    reference coordinates of every cell as its values.
+    Where a point of the reference facet is on a cell's facet depends on the release of dolfinx and,
+    since 0.10, on the facet's orientation. It is therefore determined by evaluating a function
+    whose values are the reference coordinates of every cell.
 
     Returns
     -------
     numpy.ndarray
-        Shape (facets, order^2, points / order^2).
+        Numbers of the points, shape (facets, order^2, points / order^2).
     """
     space = fem.functionspace(mesh, ("DG", 1, (3,)))
     place = fem.Function(space)
@@ -118,7 +119,10 @@ def _by_piece(
 
 
 def _at_points(contact: Contact) -> Expr:
-    """State what is needed at a quadrature point, area per reference area first."""
+    """Return the UFL vector of what is needed at a quadrature point, area per reference area first.
+
+    The order is that in which `ContactSurface.evaluate` takes it apart.
+    """
     mesh = contact.solid.mesh
     J = ufl.Jacobian(mesh)
     # Nanson's formula; the faces of the reference cell have unit area
@@ -137,7 +141,7 @@ def _at_points(contact: Contact) -> Expr:
 
 
 def _mean(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Average over the points, axis 1; zero where all weights are."""
+    """Average over the points, axis 1; zero where all weights are zero."""
     total = weights.sum(axis=1)
     sums = np.einsum("fq,fq...->f...", weights, values)
     return (sums.T / np.where(total > 0.0, total, 1.0)).T

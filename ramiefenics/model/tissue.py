@@ -1,4 +1,4 @@
-"""How a stalk's tissue differs from point to point: moduli, fibres, strain at rest."""
+"""Variation of a stalk's tissue from point to point: moduli, fibre direction, strain at rest."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Array = NDArray[np.float64]
 
 
 def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
-    """Return what differs from point to point within layers, by the names in `local_law`.
+    """Return the fields that vary from point to point within layers, by the names in `local_law`.
 
-    The functions have their values at the quadrature points of the cells; between them, and at the
-    surface, they are interpolated.
+    Their values are given at the quadrature points of the cells; between them, and at the surface,
+    they are interpolated.
     """
     tissue, mesh = stalk.tissue, tube.mesh
     space = fem.functionspace(mesh, point_element(mesh, geometry_order(mesh)))
@@ -39,12 +39,12 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
     if tissue.growth_strain != 0.0:
         grown = layer <= len(stalk.layers)  # a node has no fibres
         fields[STRETCH] = 1.0 + grown * tissue.growth_strain * _balanced(stalk, radius)
-        # Poisson's ratio along the fibres: then sections keep their size, to first order
+        # Poisson's ratio along the fibres, so that sections keep their size to first order
         elastic = [material.elastic for material in stalk.materials]
         ratio = np.array([e.nu_XZ * e.E_Z_MPa / e.E_X_MPa for e in elastic])
         fields[WIDTH] = (
             fields[STRETCH] ** -ratio[np.minimum(layer, len(ratio)) - 1]
-        )  # of a bond: any
+        )  # a bond may have any width
     functions = {name: fem.Function(space, name=name) for name in fields}
     for name, function in functions.items():
         function.x.array[:] = fields[name]
@@ -53,7 +53,7 @@ def tissue_fields(stalk: Stalk, tube: TubeMesh) -> dict[str, fem.Function]:
 
 
 def _outwards(stalk: Stalk, radius: Array, layer: NDArray[np.int32]) -> Array:
-    """Return a coordinate through every layer, of length 1 and mean 0 over its area."""
+    """Return a radial coordinate in every layer, of range 1 and of mean 0 over its area."""
     found = np.zeros_like(radius)
     radii = stalk.radii_mm
     for number, (inner, outer) in enumerate(itertools.pairwise(radii), start=1):
@@ -64,7 +64,7 @@ def _outwards(stalk: Stalk, radius: Array, layer: NDArray[np.int32]) -> Array:
 
 
 def _balanced(stalk: Stalk, radius: Array) -> Array:
-    """Return a coordinate outwards, 1 at the surface, whose axial forces cancel if it is strain."""
+    """Return a radial coordinate, 1 at the surface, that as an axial strain has no net force."""
     radii, young = np.array(stalk.radii_mm), [x.material.elastic.E_Z_MPa for x in stalk.layers]
     mean = 2.0 / 3.0 * np.dot(young, np.diff(radii**3)) / np.dot(young, np.diff(radii**2))
     return np.asarray((radius - mean) / (radii[-1] - mean))

@@ -28,32 +28,33 @@ from ramiefenics.specification import (
 )
 
 SURFACES = {"outer": 101, "inner": 102, "ends": 103, "symmetry_x": 104, "symmetry_z": 105}
-"""Physical tags of the surfaces; layers are 1, 2, ... from the inside out, then comes the node."""
+"""Physical tags of the surfaces; the layers have 1, 2, ... from the inside out, then the node."""
 
 NODE = "node"
 
 MOST_CELLS = 3_000_000
-"""Of a mesh: tens of millions of unknowns."""
+"""Largest number of cells of a mesh, which makes tens of millions of unknowns."""
 
 FILM_TAG = 100
-"""Physical tag of the film that bonds the outermost layer, if that is not perfect."""
+"""Physical tag of the film that bonds the outermost layer, if the bond is not perfect."""
 
 Blocks = dict[int, list[int]]
-"""Surfaces or volumes in Gmsh of each layer, by its index."""
+"""Gmsh tags of the surfaces or volumes of each layer, by the layer's index."""
 
 
 @dataclass(frozen=True)
 class TubeMesh:
-    """A mesh with its parts.
+    """A mesh with tags of its layers and surfaces.
 
     Attributes
     ----------
     mesh
         Hexahedra of order 1 or 2.
     cells
-        Layer of every cell, 1 for the innermost; one more for the node, `FILM_TAG` for a bond.
+        Layer of every cell, 1 for the innermost; the next number for the node, `FILM_TAG` for a
+        bond.
     facets
-        Tags of `SURFACES` on the boundary.
+        Tags of the boundary facets, those of `SURFACES`.
     """
 
     mesh: dmesh.Mesh
@@ -66,15 +67,17 @@ def build_tube(test: BendingTest, comm: MPI.Comm, others: Sequence[Cylinder] = (
 
     Parameters
     ----------
-    test, comm
-        As given.
+    test
+        Test whose stalk to mesh.
+    comm
+        MPI communicator.
     others
         Cylinders of other tests of the same stalk, for which the mesh is to serve, too.
 
     Raises
     ------
     SpecificationError
-        If Gmsh cannot mesh it; on all ranks.
+        If Gmsh cannot mesh the stalk; on all ranks.
     """
     with _gmsh_session():
         refused = None
@@ -96,11 +99,11 @@ def read_tube(path: str | Path, comm: MPI.Comm, surfaces: Mapping[int, str]) -> 
     Parameters
     ----------
     path
-        Hexahedra whose physical volumes are 1, 2, ... from the inside out.
+        Gmsh file of hexahedra whose physical volumes are 1, 2, ... from the inside out.
     comm
         MPI communicator.
     surfaces
-        From the file's physical surfaces to the keys of `SURFACES`.
+        Key of `SURFACES` for each physical surface of the file.
     """
     with _gmsh_session():
         if comm.rank == 0:
@@ -120,7 +123,7 @@ def write_tube(test: BendingTest, path: str | Path) -> None:
 
 @contextmanager
 def _gmsh_session() -> Iterator[None]:
-    """Use a Gmsh model of our own, leaving alone a session that the caller may have open."""
+    """Use a separate Gmsh model, without disturbing a session that the caller may have open."""
     ours = not gmsh.isInitialized()
     if ours:
         gmsh.initialize(interruptible=False)
@@ -157,7 +160,7 @@ def _add_tube(test: BendingTest, others: Sequence[Cylinder] = ()) -> None:
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACES[name], name)
     try:
         gmsh.model.mesh.generate(3)
-    except Exception as error:  # Gmsh has no other
+    except Exception as error:  # Gmsh raises no other type
         allowed = f"cannot be meshed ({error})"
         raise SpecificationError("stalk", None, allowed) from error
     gmsh.model.mesh.setOrder(numerics.mesh.order)
@@ -174,7 +177,7 @@ def _add_tube(test: BendingTest, others: Sequence[Cylinder] = ()) -> None:
 
 
 def _check_number(recipe: MeshRecipe, along: int, full: bool) -> None:
-    """Check that a mesh can be made in minutes, and its matrix be stored."""
+    """Check that a mesh is small enough to be made in minutes and to have its matrix stored."""
     around = recipe.angular_elements * (2 if full else 1)
     cells = along * around * (recipe.wall_elements + recipe.rind_elements)
     if cells > MOST_CELLS:
@@ -183,14 +186,14 @@ def _check_number(recipe: MeshRecipe, along: int, full: bool) -> None:
 
 
 def _shape(stalk: Stalk) -> None:
-    """Move the nodes of a straight circular tube to where the stalk has them."""
+    """Move the nodes of a straight circular tube to their positions in the stalk."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     for tag, place in zip(tags, coordinates.reshape(-1, 3).tolist(), strict=True):
         gmsh.model.mesh.setNode(tag, stalk_point(stalk, *place), [])
 
 
 def _filled(stalk: Stalk) -> Stalk:
-    """Return the stalk with a layer of the node's material in its void, all along."""
+    """Return the stalk with its void filled by the node's material over the whole length."""
     core = Layer(NODE, stalk.void_diameter_mm, stalk.materials[-1])
     return Stalk(stalk.length_mm, 0.0, (core, *stalk.layers), bond=stalk.bond)
 
@@ -198,9 +201,10 @@ def _filled(stalk: Stalk) -> Stalk:
 def _extrude_with_node(
     section: Blocks, z: NDArray[np.float64], node_mm: tuple[float, float]
 ) -> Blocks:
-    """Extrude a section that has a core, and return volumes, the core only in the node and last.
+    """Extrude a section that has a core, and return the volumes, the core in the node only.
 
-    The core elsewhere is taken out at the end, as what is beside it is extruded from its faces.
+    The core has the last index. Outside the node it is removed at the end, because the volumes that
+    adjoin it are extruded from its faces.
     """
     cuts = [0, *(int(np.abs(z - at).argmin()) for at in node_mm if at > z[0]), len(z) - 1]
     place = {index: index if index == FILM else index - 1 for index in section}
@@ -218,7 +222,7 @@ def _extrude_with_node(
 
 
 def _extrude(section: Blocks, z: NDArray[np.float64]) -> tuple[Blocks, Blocks]:
-    """Extrude a section; return volumes, and the section at the end."""
+    """Extrude a section; return the volumes, and the section at the far end."""
     length = float(z[-1] - z[0])
     heights = ((z[1:] - z[0]) / length).tolist()
     volumes: Blocks = {}
@@ -235,12 +239,12 @@ def _extrude(section: Blocks, z: NDArray[np.float64]) -> tuple[Blocks, Blocks]:
         )
         solids = [at for at, (dimension, _) in enumerate(made) if dimension == 3]
         volumes[index] = [made[at][1] for at in solids]
-        ends[index] = [made[at - 1][1] for at in solids]  # before each comes the face opposite
+        ends[index] = [made[at - 1][1] for at in solids]  # the face at the far end precedes it
     return volumes, ends
 
 
 def _classify(volumes: Blocks, test: BendingTest) -> dict[str, list[int]]:
-    """Sort the boundary surfaces by where they lie; the geometry decides, not an order."""
+    """Sort the boundary surfaces by their position, not by the order in which Gmsh has them."""
     quarter = test.numerics.domain == "quarter"
     inner, outer = test.stalk.void_diameter_mm / 2.0, test.stalk.outer_diameter_mm / 2.0
     tolerance = 1e-3 * outer
@@ -256,7 +260,7 @@ def _classify(volumes: Blocks, test: BendingTest) -> dict[str, list[int]]:
         elif max(abs(x0), abs(x1)) < tolerance:
             name = "symmetry_x"
         else:
-            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))  # of an arc that ends on an axis
+            radius = max(abs(x0), abs(x1), abs(y0), abs(y1))  # as an arc ends on an axis
             name = "outer" if radius > (inner + outer) / 2.0 else "inner"
         parts[name].append(tag)
     return parts

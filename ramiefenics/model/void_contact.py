@@ -1,15 +1,16 @@
-"""Contact of the void's walls with each other, without friction, where the void closes.
+"""Frictionless contact between the void's walls where the void closes.
 
-Points of the roof are paired with where their normals meet the floor, anew at every accepted step;
-from one to the next a pair keeps its place on both walls, and its direction n, from floor to roof.
-With the gap ``g = n.(x - y)`` and an area a of the roof at rest, the walls store
+Each point of the roof is paired with the point where its normal meets the floor, anew at every
+accepted step. Until the next one, a pair keeps its points on both walls and its direction n, from
+floor to roof. With the gap ``g = n.(x - y)`` and an area a of the roof at rest, the walls store
 
     W = gamma / 2 sum a [-g]_+^2
 
-(a penalty method with Gauss points against segments: Fischer and Wriggers 2005), the forces are
-its derivative, so that they are in balance, and gamma is the multiple of stiffness over thickness
-that contact with cylinders has. Nitsche's method would need the stress beside the gap; here the
-walls go into each other by ``p / gamma``, a share p / (20 E_X) of a cell for cells of first order.
+(a penalty method with Gauss points against segments: Fischer and Wriggers 2005). The forces are the
+derivative of this energy, so that they are in equilibrium. gamma is the same multiple of stiffness
+over thickness as in contact with cylinders. Nitsche's method would need the stress beside the gap;
+here the walls penetrate each other by ``p / gamma``, a share p / (20 E_X) of a cell for cells of
+first order.
 """
 
 from __future__ import annotations
@@ -27,20 +28,23 @@ from ramiefenics.model.bore import Array, Bore, Integers
 from ramiefenics.model.matrix import Matrix
 
 QUADRATURE_DEGREE = {1: 3, 2: 5}
-"""Of the points on a facet of the roof, by element order."""
+"""Quadrature degree on a facet of the roof, by element order."""
 
 FLAT = 0.3
-"""Roof and floor are where the void's normal has at least this component along Y, at rest."""
+"""Least absolute component along Y of the void's normal at rest on its roof and floor."""
 
 AHEAD, NEAR = 3.0, 0.02
-"""Walls are paired as soon as the middles of facets would meet if they came nearer by so many times
-what they did in the last step, or are nearer than that share of the void's diameter."""
+"""Distances at which walls are paired: over the last approach, and over the void's diameter.
+
+Walls are paired as soon as the centres of opposite facets are closer than either `AHEAD` times
+their approach in the last step, or `NEAR` times the void's diameter.
+"""
 
 REACH = 0.2
-"""Then points are paired that are nearer to each other than this share of the void's diameter."""
+"""Distance of points over the void's diameter below which they are then paired."""
 
 MOVED = 1e-3
-"""Walls that have moved by less than this share of the diameter are not paired anew."""
+"""Motion of the walls over the void's diameter below which they are not paired anew."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +54,9 @@ class Pairs:
     Attributes
     ----------
     gaps
-        From where the nodes are to the gaps, mm: sparse, shape (p, 3 n).
+        Sparse matrix that maps the nodes' positions to the gaps, mm, shape (p, 3 n).
     stiffness
-        The gamma times a above, N/mm, shape (p,).
+        Product of gamma and a above, N/mm, shape (p,).
     upwards
         Component of n along Y, shape (p,).
     """
@@ -67,7 +71,7 @@ class Pairs:
 
 
 class VoidContact:
-    """A term of the equations; collective.
+    """Contact between the void's walls as a term of the equations; collective.
 
     Parameters
     ----------
@@ -76,15 +80,15 @@ class VoidContact:
     facets
         Local facets of the void's surface.
     diameter_mm
-        Of the void.
+        Diameter of the void.
     stiffness_MPa
-        The multiple of the stiffness above.
+        Multiple of the stiffness above; gamma is this over the cells' thickness.
 
     Attributes
     ----------
     couplings
-        Nodes of the roof with nodes of the floor that have been near, global numbers, shape (n, 2):
-        between these the derivative may have entries.
+        Pairs of a node of the roof and a node of the floor that have been near each other, global
+        numbers, shape (n, 2). The derivative may have entries between these.
     """
 
     def __init__(
@@ -110,7 +114,7 @@ class VoidContact:
         self._last = bore.at
 
     def refresh(self) -> bool:
-        """Pair the walls where they are now, if they have moved; return whether it couples more."""
+        """Pair the walls anew if they have moved; return whether this couples further nodes."""
         at, bore, diameter = self._bore.positions(), self._bore, self._diameter_mm
         if np.abs(at - self._last).max() < MOVED * diameter:
             return False
@@ -139,7 +143,7 @@ class VoidContact:
         return self._couple(roof[met], floor[met])
 
     def _apart(self, at: Array) -> Array:
-        """Return the distance of each facet of the roof from its opposite, by their middles, mm."""
+        """Return the distance between the centres of each roof facet and its opposite, mm."""
         middles = self._bore.middles(at)
         return np.asarray(np.linalg.norm(middles[self._roof] - middles[self._below], axis=1))
 
@@ -157,7 +161,7 @@ class VoidContact:
 
     def _couple(self, roof: Integers, floor: Integers) -> bool:
         bore, number = self._bore, len(self._bore.at)
-        around = bore.neighbours[floor]  # to where a pair may move without another matrix
+        around = bore.neighbours[floor]  # a pair may move to these without another matrix
         pairs = np.column_stack([np.repeat(roof, around.shape[1]), around.ravel()])
         pairs = np.unique(pairs, axis=0)
         tops, bottoms = bore.facets[pairs[:, 0]], bore.facets[pairs[:, 1]]
@@ -169,14 +173,14 @@ class VoidContact:
         return more
 
     def force_y_N(self) -> float:
-        """Return the force of the modelled part's walls on each other along Y; on every rank."""
+        """Return the force along Y between the walls of the modelled part, N; on every rank."""
         if self._pairs is None:
             return 0.0
         overlap = self._pairs.pressed(self._bore.positions())
         return float((self._pairs.stiffness * self._pairs.upwards) @ overlap)
 
     def energy(self) -> float:
-        """Return what this rank's share of the walls stores, N mm: all of it on the first rank."""
+        """Return the energy stored between the walls, N mm, on the first rank, and 0 on others."""
         if self._pairs is None:
             return 0.0
         stored = 0.5 * self._pairs.stiffness @ self._pairs.pressed(self._bore.positions()) ** 2
@@ -200,7 +204,7 @@ class VoidContact:
         matrix.add_rows(components[own], components, added[own])
 
     def _free(self, bcs: Sequence[fem.DirichletBC]) -> Array:
-        """Return 0 for components that are held, and else 1, of all nodes, shape (1, 3 n)."""
+        """Return 0 for constrained and 1 for free components of all nodes, shape (1, 3 n)."""
         bore = self._bore
         held = np.zeros(0, dtype=np.int64)
         for bc in bcs:
@@ -215,6 +219,6 @@ def void_contact(
     diameter_mm: float,
     stiffness_MPa: float,
 ) -> VoidContact | None:
-    """Return the contact of a void's walls; None without a void, on any rank."""
+    """Return the contact between a void's walls; None on all ranks if there is no void."""
     number = displacement.function_space.mesh.comm.allreduce(len(facets))
     return VoidContact(displacement, facets, diameter_mm, stiffness_MPa) if number else None

@@ -1,7 +1,7 @@
-"""The published study: its stalks, its tables as printed, and the arithmetic that they obey.
+"""The published study: its stalks, its tables as printed, and checks of their arithmetic.
 
-What is offered is listed in ``__init__.pyi`` and imported when it is first used: commands that need
-a stalk's name alone need no statistics.
+The names listed in ``__init__.pyi`` are imported when they are first used, so that commands that
+need only the name of a stalk do not import statistics packages.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""Check a printed analysis of variance against itself."""
+"""Check the consistency of a printed analysis of variance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RESIDUAL, LACK, PURE = "residual", "lack of fit", "pure error"
 
 @dataclass(frozen=True)
 class Row:
-    """Source, sum of squares and degrees of freedom of a row, and the cells that follow."""
+    """A row: source, sum of squares, degrees of freedom, and the printed cells that follow."""
 
     source: str
     sum_of_squares: Printed
@@ -26,23 +26,25 @@ class Row:
 def check_anova(table: pd.DataFrame) -> pd.DataFrame:
     """Recompute mean squares, F and p of an analysis of variance from its sums of squares.
 
-    A mean square is the sum of squares over its degrees of freedom; F the mean square over the
-    residual's, that of the lack of fit over the pure error's; p the upper tail of the F
-    distribution (Fisher 1925; Myers, Montgomery & Anderson-Cook 2016, ch. 2). The printed p is
-    also held against the printed F: where it follows from that one, the F was wrong before.
+    A mean square is the sum of squares over its degrees of freedom. F is the mean square over that
+    of the residual, or for the lack of fit over that of the pure error. p is the upper tail of the
+    F distribution (Fisher 1925; Myers, Montgomery & Anderson-Cook 2016, ch. 2). The printed p is
+    also compared with the printed F. If it follows from the latter, F was wrong before p was
+    computed, and not misprinted afterwards.
 
     Parameters
     ----------
     table
-        Text cells, so that their last digits are known: ``source``, ``sum_of_squares``, ``df``,
-        ``mean_square``, ``f_value``, ``p_value``; a unit may follow after an underscore. Needs a
-        row named residual; others of note are lack of fit, pure error and total.
+        Cells as text, so that their last digits are known, in the columns ``source``,
+        ``sum_of_squares``, ``df``, ``mean_square``, ``f_value`` and ``p_value``; a unit may follow
+        after an underscore. There must be a row named residual. Rows named lack of fit, pure error,
+        model and total are recognised.
 
     Returns
     -------
     pandas.DataFrame
-        One row per printed number: ``source``, ``quantity``, ``printed``, ``recomputed``,
-        ``low``, ``high`` (its range over all that round to the printed inputs), ``holds``.
+        One row per check: ``source``, ``quantity``, ``printed``, ``recomputed``, ``low`` and
+        ``high`` (its range over all inputs that round to the printed ones), ``holds``.
     """
     rows = {row.source.lower(): row for row in _rows(table)}
     found: list[dict[str, object]] = []
@@ -90,7 +92,7 @@ def _recomputed(quantity: str, row: Row, error: Row) -> tuple[float, float, floa
 
 
 def _sums(rows: dict[str, Row]) -> Iterator[dict[str, object]]:
-    """Check that parts add up: of the residual, and of the total."""
+    """Check that the parts of the residual and those of the total add up."""
     total = next((name for name in rows if name.endswith("total")), "")
     for whole, parts in ((RESIDUAL, (LACK, PURE)), (total, ("model", RESIDUAL))):
         if whole not in rows or not rows.keys() >= set(parts):

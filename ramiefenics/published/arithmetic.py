@@ -1,4 +1,4 @@
-"""What the study's formulas make of its own numbers, beside what it prints."""
+"""Arithmetic checks of the study: printed numbers, recomputed from others by its formulas."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ AXIAL = 1.682
 
 @dataclass(frozen=True)
 class Check:
-    """A printed number and what follows from others.
+    """A printed number, and its value recomputed from other numbers.
 
     Parameters
     ----------
     where
-        Table or equation.
+        Table or equation that contains the number.
     what
-        The quantity, with its unit.
+        Quantity, with its unit.
     printed
-        As printed.
+        Number as printed.
     recomputed, low, high
-        Its value, and the range of it over all inputs that round to the printed ones.
+        Recomputed value, and its range over all inputs that round to the printed ones.
     formula
-        How it was recomputed.
+        Formula of the recomputation, in words.
     """
 
     where: str
@@ -41,7 +41,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Whether the printed number may be what the formula gives."""
+        """Whether the printed number agrees with the formula within rounding."""
         return self.printed.agrees(self.low, self.high)
 
 
@@ -143,7 +143,10 @@ def _of_table_3(values: dict[str, Printed]) -> Iterator[Check]:
 
 
 def _coding() -> dict[str, tuple[float, float]]:
-    """Return centre and natural units per coded one of the factors, by Table 4's axial levels."""
+    """Return the centre and the size of one coded unit of each factor, from Table 4's axial levels.
+
+    Both are in natural units.
+    """
     rows = {row.pop("factor_level"): row for row in published_table(4).to_dict("records")}
     low, high = rows[-AXIAL], rows[AXIAL]
     return {
@@ -189,7 +192,7 @@ def _of_calibration(values: dict[str, Printed]) -> Iterator[Check]:
 
 
 def _equation_5(b0: float, b2: float, b3: float, b12: float, b23: float, *natural: float) -> float:
-    """Return the force (N) at friction coefficient and Poisson's ratios in natural units."""
+    """Return the force (N) of Eq. 5; friction coefficient and Poisson's ratios in natural units."""
     x1, x2, x3 = (
         (value - centre) / unit
         for value, (centre, unit) in zip(natural, _coding().values(), strict=True)

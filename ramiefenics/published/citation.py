@@ -1,4 +1,4 @@
-"""The published study whose tests the code repeats, as far as the copy at hand names it."""
+"""Citation of the published study whose tests the code repeats."""
 
 STUDY = '"Bending mechanics test and parameters calibration of ramie stalks"'
-"""Title; the copy prints neither authors nor journal, year or DOI."""
+"""Title of the study. The copy used here names no authors, journal, year or DOI."""

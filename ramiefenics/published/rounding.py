@@ -1,4 +1,4 @@
-"""Printed numbers, which stand for all that round to them."""
+"""Printed numbers, which represent all values that round to them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 SLACK = 1e-6
-"""Share of the half unit by which a tie, such as 0.1875 for 0.188, may miss."""
+"""Tolerance, as a share of the half unit, for ties such as 0.1875 for 0.188."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Printed:
     Parameters
     ----------
     value
-        The number.
+        Value of the number.
     half
-        Half a unit of its last printed digit; 0 for what is exact.
+        Half a unit of its last printed digit; 0 for an exact number.
     """
 
     value: float
@@ -28,12 +28,12 @@ class Printed:
 
     @classmethod
     def read(cls, text: str) -> Printed:
-        """Return what a text such as ``84.50`` stands for; its last digit counts.
+        """Return the number that a text such as ``84.50`` prints; its last digit counts.
 
         Raises
         ------
         ValueError
-            If it is no finite number.
+            If the text is not a finite number.
         """
         value = float(text)
         if not math.isfinite(value):
@@ -43,12 +43,12 @@ class Printed:
         return cls(value, 0.5 * 10.0**-decimals)
 
     def round(self, value: float) -> Printed:
-        """Return another value, printed to the same digit."""
+        """Return another value as if printed to the same digit."""
         unit = 2.0 * self.half
         return Printed(round(value / unit) * unit if unit else value, self.half)
 
     def agrees(self, low: float, high: float | None = None) -> bool:
-        """Tell whether a value, or one between two bounds, rounds to this; NaN does not."""
+        """Return whether a value, or any between two bounds, rounds to this one; false for NaN."""
         reach = self.half * (1.0 + SLACK) + 1e-12
         high = low if high is None else high
         return low <= self.value + reach and high >= self.value - reach
@@ -65,14 +65,15 @@ def recompute(formula: Callable[..., float], *inputs: Printed) -> tuple[float, f
     Parameters
     ----------
     formula
-        Monotonic in each of its arguments within their rounding, so that corners bound it.
+        Function that is monotonic in each argument within its rounding, so that its extremes are at
+        the ends of the rounding intervals.
     inputs
-        Its arguments.
+        Arguments of the formula.
 
     Returns
     -------
     value, low, high
-        In the formula's unit.
+        Value and ends of the range, in the formula's unit.
     """
     corners = itertools.product(*({p.value - p.half, p.value + p.half} for p in inputs))
     values = [formula(*corner) for corner in corners]

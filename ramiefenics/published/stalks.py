@@ -1,6 +1,6 @@
-"""The stalks of the published study, and nothing that it does not print.
+"""The stalks of the published study, from the values that it prints.
 
-Source: Tables 1, 3, 7 and 8 of the study that `ramiefenics.published.citation` names.
+Source: Tables 1, 3, 7 and 8 of the study cited in `ramiefenics.published.citation`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ramiefenics.specification import (
 )
 
 PHLOEM_G_XY_PRINTED_MPA = 3.09
-"""Table 3. Eq. 4 gives 0.88 MPa with the table's other constants."""
+"""G_XY of the phloem as printed in Table 3; Eq. 4 gives 0.88 MPa with the table's other values."""
 
 SPECIMEN_LENGTH_MM = 180.0
 
@@ -39,14 +39,14 @@ PHLOEM = Material(
 )
 
 FIXTURE = Fixture(span_mm=100.0, friction=Friction(static=0.59, dynamic=0.12))
-"""The radii of its cylinders are not printed."""
+"""Fixture of the study. The radii of the cylinders are the defaults, as none are printed."""
 
 TABLE_8_MM = ((15.1, 7.5, 0.72), (14.3, 7.45, 0.64), (14.7, 7.5, 0.65))
-"""Outer diameter, inner diameter, phloem thickness of the three validation stalks."""
+"""Outer diameter, inner diameter and phloem thickness of the three validation stalks."""
 
 
 def ramie(outer_mm: float, inner_mm: float, phloem_mm: float) -> BendingTest:
-    """Return the paper's test on a stalk of these dimensions, calibrated constants of Table 7.
+    """Return the study's test of a stalk of given dimensions, with the constants of Table 7.
 
     Parameters
     ----------
@@ -61,15 +61,15 @@ def ramie(outer_mm: float, inner_mm: float, phloem_mm: float) -> BendingTest:
 
 
 def ramie_at_height(height_cm: float) -> BendingTest:
-    """Return the paper's test on the stalk at a height above ground, by Table 1.
+    """Return the study's test of the stalk at a height above ground, by Table 1.
 
-    Diameters are interpolated linearly between the root and 150 cm. Table 1 gives no phloem
-    thickness; it follows from Eq. 3 with the table's ratio of fresh cortex to stalk, 21.42 %.
+    Diameters are interpolated linearly between the root and 150 cm. Table 1 gives no thickness of
+    the phloem. It follows from Eq. 3 with the table's ratio of fresh cortex to stalk, 21.42 %.
 
     Parameters
     ----------
     height_cm
-        Between 0 and 150.
+        Height above ground, between 0 and 150.
 
     Raises
     ------
@@ -99,21 +99,21 @@ PUBLISHED: dict[str, Callable[[], BendingTest]] = {
     "table8-2": _table_8(1),
     "table8-3": _table_8(2),
 }
-"""By name; besides, ``height-69cm`` and the like name the stalk at a height above ground."""
+"""Published tests by name; names such as ``height-69cm`` are understood by `published_test`."""
 
 
 def published_test(name: str) -> BendingTest:
-    """Return a published test by its name, with a warning on its contradiction.
+    """Return a published test by its name, and warn of the contradiction in Table 3.
 
     Parameters
     ----------
     name
-        A key of `PUBLISHED`, or ``height-Hcm`` with H the height above ground, Table 1.
+        A key of `PUBLISHED`, or ``height-Hcm``, where H is the height above ground (Table 1).
 
     Raises
     ------
     SpecificationError
-        If there is none of that name.
+        If there is no test of that name.
     """
     height = re.fullmatch(r"height-(\d+(?:\.\d+)?)cm", name)
     if height:

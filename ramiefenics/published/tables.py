@@ -12,21 +12,21 @@ from ramiefenics.specification import SpecificationError
 NUMBERS = range(1, 9)
 
 LABELS = ("level", "source")
-"""Columns of text."""
+"""Columns that contain text."""
 
 
 def published_table(number: int) -> pd.DataFrame:
-    """Return a table of the study as printed, contradictions included.
+    """Return a table of the study as printed, including its contradictions.
 
-    Units are in the names of the columns; ratios, Poisson's ratios and friction coefficients
-    have none. Tables 1, 3 and 7, which list parameters, become one row with a column for each.
-    "<0.0001" in Table 6 is read as 0.0001. Where a table contradicts itself or the text is told
-    in ``ramiefenics/published/data/README.md``.
+    Units are in the names of the columns; ratios, Poisson's ratios and friction coefficients have
+    none. Tables 1, 3 and 7, which list parameters, become one row with a column for each parameter.
+    "<0.0001" in Table 6 is read as 0.0001. ``ramiefenics/published/data/README.md`` lists where a
+    table contradicts itself or the text.
 
     Parameters
     ----------
     number
-        1 to 8.
+        Number of the table, 1 to 8.
 
     Raises
     ------
@@ -37,12 +37,12 @@ def published_table(number: int) -> pd.DataFrame:
 
 
 def published_text() -> pd.DataFrame:
-    """Return numbers that the study's text prints, in one row with units in the columns' names."""
+    """Return the numbers in the study's text as one row, with units in the names of the columns."""
     return _numbers(_read("text.csv"))
 
 
 def printed_table(number: int) -> pd.DataFrame:
-    """Return the same as `published_table`, all cells as the text that is printed.
+    """Return a table of the study with all cells as the printed text; see `published_table`.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def printed_table(number: int) -> pd.DataFrame:
 
 
 def printed_values() -> dict[str, Printed]:
-    """Return by name what Tables 1, 3 and 7 and the text print, with its last digit."""
+    """Return the numbers of Tables 1, 3 and 7 and of the text as printed, by name."""
     frames = [*(printed_table(number) for number in (1, 3, 7)), _read("text.csv")]
     return {str(n): Printed.read(frame[n][0]) for frame in frames for n in frame}
 

@@ -1,1 +1,1 @@
-"""From a misprinted design of experiments to the one that was run."""
+"""Repair of a misprinted design of experiments: find the design that was run."""

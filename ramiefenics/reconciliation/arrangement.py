@@ -1,11 +1,11 @@
-"""Arrange printed rows on the points of a central composite design, as a linear program.
+"""Assign printed rows to the points of a central composite design by a linear program.
 
-Which row was run at which point is an assignment problem. The coefficients of a least-squares
-model are linear in the responses at given points, so a published coefficient, known to half a
-unit of its last digit, is a pair of linear inequalities; a sum of squares with one degree of
-freedom is another pair for each of its coefficient's two signs. The least change that obeys all
-of them is a mixed-integer linear program, solved by branch and cut (HiGHS, Huangfu & Hall 2018):
-it proves that there is no other, without trying the arrangements one by one.
+Which row was run at which point is an assignment problem. The coefficients of a least-squares model
+are linear in the responses at given points. A published coefficient, known to half a unit of its
+last digit, is therefore a pair of linear inequalities. A sum of squares with one degree of freedom
+is another pair for either sign of its coefficient. Finding the least change that satisfies all of
+them is a mixed-integer linear program. It is solved by branch and cut (HiGHS, Huangfu & Hall 2018),
+which proves that there is no smaller change without trying the arrangements one by one.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication
 from ramiefenics.specification import SpecificationError
 
 SAME = 0.01
-"""Coded levels that differ by less are the same, such as 1.682 and 1.68179."""
+"""Difference below which coded levels, such as 1.682 and 1.68179, count as equal."""
 
 TIME_LIMIT_S = 120.0
-"""For one linear program; those of three factors take hundredths of a second."""
+"""Time limit of one linear program; with three factors, it takes hundredths of a second."""
 
 
 def composite_points(factors: int, alpha: float) -> NDArray[np.float64]:
@@ -38,7 +38,7 @@ def composite_points(factors: int, alpha: float) -> NDArray[np.float64]:
     Parameters
     ----------
     factors
-        How many: k.
+        Number of factors, k.
     alpha
         Distance of the axial points from the centre.
 
@@ -49,23 +49,23 @@ def composite_points(factors: int, alpha: float) -> NDArray[np.float64]:
     """
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=factors)))
     axes = alpha * np.eye(factors)
-    return np.vstack([corners, -axes, axes, np.zeros((1, factors))]) + 0.0  # no -0.0
+    return np.vstack([corners, -axes, axes, np.zeros((1, factors))]) + 0.0  # turns -0.0 into 0.0
 
 
 @dataclass(eq=False)
 class Arrangements:
-    """All ways to put the rows of a printed design on a central composite one.
+    """All ways to assign the rows of a printed design to the points of a central composite one.
 
-    A row of -1 and 1 stays a factorial one and may change signs; a row of 0 and alpha stays an
-    axial or central one and may change axis, sign, or both for the centre; a row with any other
-    level may go anywhere.
+    A row of -1 and 1 remains a factorial row and may change its signs. A row of 0 and alpha remains
+    an axial or centre row and may change its axis or its sign, or move to or from the centre. A row
+    with any other level may be assigned to any point.
 
     Parameters
     ----------
     design
-        As printed.
+        Design as printed.
     publication
-        What the arranged design must reproduce.
+        Results that the arranged design must reproduce.
     """
 
     design: PrintedDesign
@@ -73,29 +73,29 @@ class Arrangements:
 
     @cached_property
     def points(self) -> NDArray[np.float64]:
-        """Those of the design to be reached, shape (points, factors)."""
+        """Points of the central composite design, shape (points, factors)."""
         return composite_points(len(self.design.factors), self.design.alpha)
 
     @cached_property
     def capacity(self) -> NDArray[np.float64]:
-        """How many rows each point takes."""
+        """Number of rows that are assigned to each point, shape (points,)."""
         taken = np.ones(len(self.points))
         taken[-1] = len(self.design.points) - len(self.points) + 1
         return taken
 
     @cached_property
     def cells(self) -> NDArray[np.float64]:
-        """How many cells differ between each row and each point, shape (rows, points)."""
+        """Number of cells that differ between each row and each point, shape (rows, points)."""
         differs = np.abs(self.design.points[:, None] - self.points[None]) > SAME
         return differs.sum(axis=2).astype(float)
 
     @cached_property
     def allowed(self) -> NDArray[np.bool_]:
-        """Whether a row may be at a point, shape (rows, points)."""
+        """Whether a row may be assigned to a point, shape (rows, points)."""
         levels = np.abs(self.design.points)
         corner = np.all(np.abs(levels - 1.0) < SAME, axis=1)
         on_axis = np.all((levels < SAME) | (np.abs(levels - self.design.alpha) < SAME), axis=1)
-        if self.design.alpha - 1.0 < SAME:  # of a face-centred design, levels tell less
+        if self.design.alpha - 1.0 < SAME:  # levels alone do not tell corners from axial points
             on_axis &= (levels > SAME).sum(axis=1) <= 1
         factorial = np.arange(len(self.points)) < 2 ** len(self.design.factors)
         return np.where(
@@ -104,29 +104,34 @@ class Arrangements:
 
     @cached_property
     def demanded(self) -> int:
-        """How many rows must change for a central composite design, whatever is published."""
+        """Number of rows that must change to give a central composite design.
+
+        This does not depend on what was published.
+        """
         held = (self.cells == 0).sum(axis=0)
         return int(len(self.design.points) - np.minimum(held, self.capacity).sum())
 
     @property
     def is_composite(self) -> bool:
-        """Whether the design is a central composite one as printed."""
+        """Whether the printed design already is a central composite design."""
         return self.demanded == 0
 
     def search(self, most_rows: int) -> Iterator[NDArray[np.intp]]:
-        """Yield for each row its point: fewest changed rows first, then fewest changed cells.
+        """Yield arrangements, each as the index of the point of each row.
 
-        Arrangements with the same responses at every point are one, and yielded once.
+        Those with the fewest changed rows come first, and among these, those with the fewest
+        changed cells. Arrangements with the same responses at every point are yielded only once.
 
         Parameters
         ----------
         most_rows
-            Limit of changed rows.
+            Largest number of changed rows.
 
         Raises
         ------
         SpecificationError
-            If a program is not solved in `TIME_LIMIT_S`.
+            If a linear program is not solved within `TIME_LIMIT_S`, or if the model has more terms
+            than a central composite design can tell apart.
         """
         cuts: list[NDArray[np.float64]] = []
         while (found := self._solve(most_rows, cuts)) is not None:
@@ -134,7 +139,7 @@ class Arrangements:
             cuts.append(self._same_responses(found))
 
     def _same_responses(self, arranged: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Return coefficients that count the points, centre apart, with these responses."""
+        """Return coefficients that count the points, except the centre, with these responses."""
         responses = self.design.responses
         counts = np.zeros_like(self.cells)
         for point in range(len(self.points) - 1):
@@ -146,7 +151,7 @@ class Arrangements:
         published, low, high = self._published
         signs = published.shape[1] - self.cells.size
         changed = (self.cells > 0).ravel().astype(float)
-        weight = rows * len(self.design.factors) + 1  # a row outweighs all cells
+        weight = rows * len(self.design.factors) + 1  # one changed row outweighs all changed cells
         once, filled = np.kron(np.eye(rows), np.ones((1, points))), np.tile(np.eye(points), rows)
         arranging = np.vstack([once, filled, changed, *cuts])
         exactly, free = np.append(np.ones(rows), self.capacity), np.zeros(1 + len(cuts))
@@ -174,7 +179,7 @@ class Arrangements:
     def _weights(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Weights of a response at each point in the coefficients, shape (terms, points).
 
-        And by term the ratio of its sum of squares to its squared coefficient.
+        The second array is the ratio of the sum of squares to the squared coefficient, per term.
         """
         full = np.repeat(self.points, self.capacity.astype(int), axis=0)
         matrix = model_matrix(full, self.publication.terms)
@@ -187,21 +192,21 @@ class Arrangements:
         weights = np.zeros((len(inverse), last + 1))
         weights[:, :last] = inverse[:, :last]
         if self.capacity[last]:
-            weights[:, last] = inverse[:, last]  # that of every copy of the centre
+            weights[:, last] = inverse[:, last]  # equal for all copies of the centre
         return weights, 1.0 / np.sum(inverse**2, axis=1)
 
     @cached_property
     def _published(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Matrix, lower and upper bounds of the inequalities for what is published.
+        """Matrix, lower bounds and upper bounds of the inequalities for the published numbers.
 
-        Unknowns are the arrangement, rows by points, and one for every sum of squares: 1 where
-        its coefficient is positive, 0 where it is negative. Inequalities are scaled by their
-        width, so that the solver's tolerance is far below it.
+        The unknowns are the arrangement, rows by points, and one binary number for each sum of
+        squares of a term, which is 1 if the coefficient is positive and 0 if it is negative. The
+        inequalities are scaled by their width, so that the solver's tolerance is small against it.
         """
         weights, ratios = self._weights
         number = {term: i for i, term in enumerate(self.publication.terms)}
         mean = self.design.responses.mean()
-        centred = self.design.responses - mean  # only the constant sees the mean
+        centred = self.design.responses - mean  # the mean affects only the constant
         sums = [t for t in self.publication.sums_of_squares if not isinstance(t, str)]
         rows, lows, highs = [], [], []
         for term, printed in self.publication.coefficients.items():
@@ -217,7 +222,7 @@ class Arrangements:
             low = math.sqrt(max(0.0, printed.value - reach) / ratio)
             high = math.sqrt((printed.value + reach) / ratio)
             sign = np.zeros(len(sums))
-            sign[index] = -(low + high)  # low to high where it is 1, -high to -low where it is 0
+            sign[index] = -(low + high)  # from low to high if it is 1, from -high to -low if 0
             rows.append(np.append(np.outer(centred, weights[number[term]]).ravel(), sign))
             lows.append(-high)
             highs.append(-low)

@@ -1,4 +1,4 @@
-"""Polynomial models of coded factors: least squares and analysis of variance, of any rank."""
+"""Least squares and analysis of variance of polynomial models, for designs of any rank."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ class Fit:
     Parameters
     ----------
     terms
-        Of the model.
+        Terms of the model.
     rank
-        Of the model's matrix; less than the number of terms where the design cannot tell them
+        Rank of the model matrix; less than the number of terms if the design cannot tell them
         apart.
     coefficients
-        By term; NaN where the design leaves it open.
+        Coefficients by term; NaN if the design does not determine them.
     sums_of_squares, df
-        By term what leaving it out costs (type III), and ``model``, ``residual``,
-        ``lack of fit``, ``pure error``, ``total`` (corrected for the mean).
+        Sums of squares and degrees of freedom, by term (type III: the increase of the residual sum
+        of squares if the term is left out) and for ``model``, ``residual``, ``lack of fit``,
+        ``pure error`` and ``total`` (corrected for the mean).
     """
 
     terms: tuple[Term, ...]
@@ -44,7 +45,10 @@ class Fit:
         return self.sums_of_squares["model"] / total if total > 0.0 else float("nan")
 
     def anova(self, factors: Sequence[str]) -> pd.DataFrame:
-        """Return the analysis of variance, F against residual or pure error, as a table."""
+        """Return the analysis of variance as a table.
+
+        F compares the lack of fit with the pure error, and everything else with the residual.
+        """
         rows = []
         for source, squares in self.sums_of_squares.items():
             df = self.df[source]
@@ -69,7 +73,7 @@ def fit(
 ) -> Fit:
     """Fit a model by least squares, whatever the rank of the design.
 
-    Lack of fit is the residual less the pure error, the scatter of repeated points (Myers,
+    Lack of fit is the residual less the pure error, which is the scatter of repeated points (Myers,
     Montgomery & Anderson-Cook 2016, ch. 2).
 
     Parameters
@@ -77,9 +81,9 @@ def fit(
     points
         Coded factors, shape (runs, factors).
     responses
-        Shape (runs,), any unit.
+        Responses in any unit, shape (runs,).
     terms
-        With the intercept.
+        Terms of the model, including the intercept.
     """
     matrix = model_matrix(points, terms)
     inverse = np.linalg.pinv(matrix)

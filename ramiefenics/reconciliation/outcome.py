@@ -1,4 +1,4 @@
-"""What came of a repair: which rows, how surely, and what that makes of the fit."""
+"""Result of a repair: the repaired rows, how certain they are, and the effect on the fit."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ramiefenics.results.result import Result, Table
 from ramiefenics.results.text import markdown, stack
 
 MOST_REPAIRS = 20
-"""Repairs that are listed; there may be more."""
+"""Largest number of repairs that are listed; there may be more."""
 
 DRAWS = 100
-"""Arbitrary arrangements behind `Reconciliation.p_value`."""
+"""Number of random arrangements for `Reconciliation.p_value`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,22 +31,21 @@ class Reconciliation(Result):
     Parameters
     ----------
     printed
-        As printed.
+        Design as printed.
     publication
-        What was published about it.
+        Published results of that design.
     repairs
-        Coded levels, shape (rows, factors) each: all designs with as few changed rows that
-        reproduce the publication, the one with the fewest changed cells first; at most
-        `MOST_REPAIRS`. Rows with equal responses may exchange places in each; that is no other
-        repair.
+        Coded levels, shape (rows, factors), of the designs that reproduce the publication with the
+        fewest changed rows, those with the fewest changed cells first; at most `MOST_REPAIRS`.
+        Repairs that differ only by an exchange of rows with equal responses count as one.
     demanded
-        How many rows must change for a central composite design, whatever was published.
+        Number of rows that must change to give a central composite design, whatever was published.
     before, after
         Fits of the printed design and of the first repair.
     p_value
-        Share of arbitrary arrangements of the same responses whose coefficients and sums of
-        squares, rounded like the published ones, as few changed rows would have reproduced
-        too. A repair that is no accident has a small one.
+        Share of random arrangements of the same responses whose coefficients and sums of squares,
+        rounded like the published ones, could also be reproduced with as few changed rows. It is
+        small for a repair that is not accidental.
     """
 
     title: ClassVar[str] = "Repair of a printed design"
@@ -61,17 +60,17 @@ class Reconciliation(Result):
 
     @property
     def unique(self) -> bool:
-        """Whether no other repair changes as few rows."""
+        """Whether this is the only repair that changes as few rows."""
         return len(self.repairs) == 1
 
     @property
     def rows(self) -> list[int]:
-        """Numbers of the repaired rows, from 1."""
+        """Numbers of the repaired rows, counted from 1."""
         return [int(i) + 1 for i in changed_rows(self.repairs[0], self.printed)]
 
     @property
     def changes(self) -> pd.DataFrame:
-        """The repaired rows: number, levels printed and repaired, response."""
+        """The repaired rows: number, printed and repaired levels, response."""
         index = np.array(self.rows) - 1
         factors, printed = self.printed.factors, self.printed
         columns: dict[str, object] = {"row": self.rows}
@@ -82,7 +81,7 @@ class Reconciliation(Result):
 
     @property
     def design(self) -> pd.DataFrame:
-        """The repaired design with its responses, in the printed order."""
+        """The repaired design with its responses, in the printed order of the rows."""
         frame = pd.DataFrame(self.repairs[0], columns=list(self.printed.factors))
         frame.insert(0, "row", range(1, len(frame) + 1))
         frame[self.printed.response] = self.printed.responses
@@ -90,7 +89,7 @@ class Reconciliation(Result):
         return frame
 
     def findings(self) -> list[str]:
-        """Return which rows are repaired, how surely, and what that makes of the fit."""
+        """Return which rows are repaired, how certain that is, and the effect on the fit."""
         known = len(self.repairs)
         more = "at least " if known == MOST_REPAIRS else ""
         return [
@@ -113,7 +112,7 @@ class Reconciliation(Result):
         return self.changes
 
     def numbers(self) -> dict[str, Any]:
-        """Return the repair, and its fit."""
+        """Return the repair and its fit."""
         factors = self.printed.factors
         published = self.publication.compare(self.after, factors)[["number", "published"]]
         return {
@@ -132,7 +131,7 @@ class Reconciliation(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return the repaired design, what has changed, and what it gives."""
+        """Return tables of the repaired design, its changes, and its fit."""
         tables = {
             "design": Table(self.design, "The repaired design."),
             "changes": Table(self.changes),
@@ -148,7 +147,10 @@ class Reconciliation(Result):
         return tables | self.fits()
 
     def fits(self) -> dict[str, Table]:
-        """Return published numbers, coefficients and analyses of variance, before and after."""
+        """Return tables of published numbers, coefficients and analyses of variance.
+
+        Each is given for the printed and the repaired design.
+        """
         factors, empty = self.printed.factors, "empty where the design cannot tell terms apart"
         return {
             "published": Table(
@@ -196,7 +198,7 @@ class Reconciliation(Result):
         (folder / "report.md").write_text(head + self.markdown(), encoding="utf-8")
 
     def markdown(self) -> str:
-        """Return the repaired rows, and the fit before and after, as tables in Markdown."""
+        """Return the repaired rows, and the fits before and after the repair, in Markdown."""
         tables = {"changes": Table(self.changes, "Repaired rows."), **self.fits()}
         return "\n".join(
             f"{table.caption.removesuffix('.')}:\n\n{markdown(table.data)}"
@@ -205,5 +207,5 @@ class Reconciliation(Result):
 
 
 def changed_rows(points: NDArray[np.float64], design: PrintedDesign) -> NDArray[np.intp]:
-    """Return which rows differ from the printed ones."""
+    """Return the indices of the rows that differ from the printed ones."""
     return np.flatnonzero(np.any(np.abs(points - design.points) > SAME, axis=1))

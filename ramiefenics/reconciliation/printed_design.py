@@ -1,4 +1,4 @@
-"""A printed experiment: its design, its responses, and what was published about them."""
+"""A printed experiment: its design, its responses, and the published results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ KEYS = ("factors", "response", "alpha", "model", "coefficients", "sums_of_square
 
 @dataclass(frozen=True, eq=False)
 class PrintedDesign:
-    """A design in coded columns, and its responses.
+    """A design in coded levels, with its responses.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class PrintedDesign:
     points
         Coded levels, shape (rows, factors).
     responses
-        Shape (rows,), any unit.
+        Responses in any unit, shape (rows,).
     alpha
         Distance of the axial points from the centre.
 
@@ -68,16 +68,16 @@ class PrintedDesign:
 
 @dataclass(frozen=True)
 class Publication:
-    """What was published about an experiment.
+    """Published results of an experiment.
 
     Parameters
     ----------
     terms
-        Of the model that was fitted, the intercept included.
+        Terms of the fitted model, including the intercept.
     coefficients
-        In coded units, by term.
+        Coefficients in coded units, by term.
     sums_of_squares
-        Of the analysis of variance: by term (type III), or by a name in `SUMS`.
+        Sums of squares of the analysis of variance, by term (type III) or by a name in `SUMS`.
     """
 
     terms: tuple[Term, ...]
@@ -100,7 +100,7 @@ class Publication:
                 )
 
     def compare(self, found: Fit, factors: tuple[str, ...]) -> pd.DataFrame:
-        """Return what was published beside what a fit gives.
+        """Compare the published numbers with those of a fit.
 
         Returns
         -------
@@ -147,7 +147,7 @@ def table5() -> tuple[PrintedDesign, Publication]:
     }
     sums = dict(zip(anova["source"], anova["sum_of_squares_N2"], strict=True))
     sums["total"] = sums.pop("Core total")
-    # Table 6 gives its model six degrees of freedom: three factors and their three products
+    # the model of Table 6 has six degrees of freedom: three factors and their three products
     return design, _publication("interaction", coefficients, sums, factors)
 
 
@@ -159,13 +159,13 @@ def read_printed_design(
     Parameters
     ----------
     table
-        CSV file: a header, one row per run, coded factors and a response.
+        CSV file with a header and one row per run, with coded factors and a response.
     settings
-        TOML file with ``factors`` and ``response`` (names of columns), ``alpha`` (the largest
-        coded level by default), ``model`` (linear, interaction, quadratic, or a list of terms;
-        the first by default that has the published terms) and the tables ``coefficients`` and
-        ``sums_of_squares``, numbers as printed, since their last digit counts. Beside the
-        table and of the same name by default.
+        TOML file with ``factors`` and ``response`` (names of columns), ``alpha`` (by default the
+        largest coded level), ``model`` (linear, interaction, quadratic, or a list of terms; by
+        default the first of these three that has the published terms) and the tables
+        ``coefficients`` and ``sums_of_squares``. Numbers are to be given as printed, because their
+        last digit counts. The default is the file of the same name in the folder of the table.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def _publication(
     sums: Mapping[str, Any],
     factors: tuple[str, ...],
 ) -> Publication:
-    """Return what cells of text, by names of terms and sums, say."""
+    """Return the publication that cells of text, by names of terms and sums, describe."""
     by_term: dict[Term, Printed] = {}
     for name, cell in coefficients.items():
         by_term[_term("coefficients", name, factors)] = _printed(f"coefficients.{name}", cell)

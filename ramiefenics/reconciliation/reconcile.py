@@ -1,4 +1,4 @@
-"""Repair a printed central composite design so that it gives what was published about it."""
+"""Repair a printed central composite design so that it reproduces the published results."""
 
 from __future__ import annotations
 
@@ -21,29 +21,33 @@ from ramiefenics.reconciliation.printed_design import PrintedDesign, Publication
 from ramiefenics.specification import SpecificationError
 
 EXTRA_ROWS = 4
-"""Rows that may change beyond those that a central composite design demands: two exchanges."""
+"""Rows that may change beyond those required for a central composite design: two exchanges."""
 
 MOST_TRIED = 100
-"""Arrangements that meet all but the sums of squares that are not linear, before giving up."""
+"""Number of arrangements that are tried before the search gives up.
+
+All of them reproduce the published coefficients and sums of squares of single terms, but not
+necessarily the other sums of squares, which are not linear and so not part of the linear program.
+"""
 
 
 def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) -> Reconciliation:
-    """Find the central composite design that was run, from a misprinted one.
+    """Find the central composite design that was run, given a misprinted one.
 
     Parameters
     ----------
     design
-        As printed, with the responses, which are taken as they are.
+        Design as printed, with the responses, which are assumed to be correct.
     publication
-        Coefficients and sums of squares to reproduce, each to half a unit of its last digit.
+        Coefficients and sums of squares to be reproduced, each to half a unit of its last digit.
     seed
-        Of the arbitrary arrangements behind `Reconciliation.p_value`.
+        Seed of the random arrangements for `Reconciliation.p_value`.
 
     Raises
     ------
     SpecificationError
-        If the printed design reproduces its publication already, or if no central composite
-        design with few enough changes does.
+        If the printed design already reproduces the publication, or if no central composite design
+        with few enough changes does.
     """
     before = fit(design.points, design.responses, publication.terms)
     if publication.compare(before, design.factors)["agrees"].all():
@@ -72,7 +76,7 @@ def reconcile(design: PrintedDesign, publication: Publication, seed: int = 0) ->
 
 
 def _check_total(publication: Publication, found: Fit) -> None:
-    """Check the total sum of squares, which no arrangement can change."""
+    """Check the total sum of squares, which does not depend on the arrangement."""
     printed, total = publication.sums_of_squares.get("total"), found.sums_of_squares["total"]
     if printed is not None and not printed.agrees(total):
         raise SpecificationError(
@@ -84,7 +88,7 @@ def _check_total(publication: Publication, found: Fit) -> None:
 
 
 def _repairs(arrangements: Arrangements, most_rows: int) -> tuple[NDArray[np.float64], ...]:
-    """Return all repairs with the fewest changed rows, at most `MOST_REPAIRS`."""
+    """Return the repairs with the fewest changed rows, at most `MOST_REPAIRS` of them."""
     first = next(_reproducing(arrangements, most_rows), None)
     if first is None:
         return ()
@@ -93,12 +97,12 @@ def _repairs(arrangements: Arrangements, most_rows: int) -> tuple[NDArray[np.flo
 
 
 def _reproducing(arrangements: Arrangements, most_rows: int) -> Iterator[NDArray[np.float64]]:
-    """Yield designs that reproduce all of the publication, the least change first.
+    """Yield designs that reproduce the whole publication, those with the least change first.
 
     Raises
     ------
     SpecificationError
-        If too many obey its inequalities, but not the sums of squares that have none.
+        If more than `MOST_TRIED` arrangements satisfy the inequalities of the linear program.
     """
     design, publication = arrangements.design, arrangements.publication
     for tried, arranged in enumerate(arrangements.search(most_rows)):
@@ -122,7 +126,7 @@ def _p_value(
     most_rows: int,
     seed: int,
 ) -> float:
-    """Return how often an arbitrary publication of these responses could be met as cheaply."""
+    """Return how often as few changes would reproduce the results of a random arrangement."""
     draw = np.random.default_rng(seed)
     met = 0
     for _ in range(DRAWS):
@@ -140,6 +144,6 @@ def _p_value(
         )
         try:
             met += next(_reproducing(Arrangements(design, other), most_rows), None) is not None
-        except SpecificationError:  # too little said: by chance as well as not
+        except SpecificationError:  # more arrangements than are tried: counts as reproduced
             met += 1
     return met / DRAWS

@@ -1,4 +1,4 @@
-"""Measured curves, reduced to numbers, and their statistics by group."""
+"""Reduction of measured curves to numbers, and statistics of these by group."""
 
 from __future__ import annotations
 
@@ -29,34 +29,34 @@ __all__ = [
 ]
 
 ALL = "all"
-"""The only group where no column is named."""
+"""Name of the only group if no column is given."""
 
 ALPHA = 0.05
-"""Probability below which groups are told apart."""
+"""Value of p below which a difference between groups is significant."""
 
 TOLD = ("slope_N_per_mm", "peak_N", "strength_MPa")
-"""Quantities that findings tell of."""
+"""Quantities that the findings report."""
 
 
 @dataclass(frozen=True, repr=False)
 class Reduction(Result):
-    """A data set, reduced.
+    """Result of the reduction of a data set.
 
     Attributes
     ----------
     dataset
-        What was measured.
+        Measured data.
     by
-        Column of `specimens.csv` or `tests.csv` that names the groups; None for one of all.
+        Column of `specimens.csv` or `tests.csv` that names the groups; None for a single group.
     curves
-        One row per record: its ``specimen``, its name (``record``), ``group``, the fields of
-        `CurveNumbers`, the section and what it makes of them.
+        One row per record: its ``specimen``, its name (``record``), its ``group``, the fields of
+        `CurveNumbers`, and the section with its strength and moduli (see `reduce_section`).
     groups
-        One row per group and quantity of `QUANTITIES`: mean and intervals, see `describe`.
+        One row per group and quantity of `QUANTITIES`: mean and intervals; see `describe`.
     seed
-        Of the resampling.
+        Seed of the resampling.
     tests, pairs
-        Whether groups differ, and which ones: see `differences`. Empty where there is one group.
+        Whether groups differ, and which ones; see `differences`. Empty if there is only one group.
     """
 
     SUMMARY: ClassVar[str] = "manifest.json"
@@ -71,11 +71,11 @@ class Reduction(Result):
 
     @property
     def names(self) -> list[str]:
-        """The groups."""
+        """Names of the groups."""
         return ordered(list(self.curves["group"]))
 
     def notes(self) -> list[str]:
-        """Return what whoever uses the numbers should know."""
+        """Return what a user of the numbers should know, one sentence each."""
         notes = []
         keys = self.dataset.layout.specimens
         if not any(key.endswith(("outer_diameter_mm", "section_height_mm")) for key in keys):
@@ -106,7 +106,7 @@ class Reduction(Result):
         return notes
 
     def _at_the_start(self) -> list[str]:
-        """Tell of preloads, and of load cells that were not zeroed."""
+        """Return notes on preloads and on load cells that were not zeroed."""
         if self.dataset.layout.seating.zero != "machine":
             return []
         start = np.array([s.curve["force_N"].iloc[0] for s in self.dataset.records])
@@ -128,11 +128,11 @@ class Reduction(Result):
 
     @property
     def title(self) -> str:
-        """That of the data set."""
+        """Title of the data set, marked as reduced."""
         return f"{self.dataset.title}, reduced"
 
     def findings(self) -> list[str]:
-        """Return the main means with their intervals, by group."""
+        """Return the means of the main quantities with their intervals, and compare the groups."""
         told = []
         for group in self.names:
             rows = self.groups[self.groups["group"] == group].set_index("quantity")
@@ -165,7 +165,7 @@ class Reduction(Result):
         return f"{said}; {'; '.join(apart)}."
 
     def numbers(self) -> dict[str, Any]:
-        """Return what was reduced, and how."""
+        """Return the data set, its specification, and the options of the reduction."""
         return {
             "dataset_folder": str(self.dataset.folder.resolve()),
             "dataset": to_dict(self.dataset.layout),
@@ -177,7 +177,7 @@ class Reduction(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return numbers by group and by record."""
+        """Return tables by group and by record, and of the comparison of groups."""
         means = "Means of the groups, 95 % confidence intervals, and by which method."
         return {
             "groups": Table(self.groups, means, digits=6),
@@ -204,7 +204,7 @@ class Reduction(Result):
         }
 
     def figures(self) -> dict[str, Picture]:
-        """Return curves and quantities by group."""
+        """Return figures of the curves and of the quantities, by group."""
         from ramiefenics.reduction import figures
 
         return {
@@ -225,24 +225,24 @@ def reduce_dataset(
     seed: int = 0,
     within: str | None = None,
 ) -> Reduction:
-    """Reduce every curve of a data set, average by group, and compare groups.
+    """Reduce every curve of a data set, average by group, and compare the groups.
 
     Parameters
     ----------
     dataset
-        Measured data, or their folder.
+        Measured data, or the folder that contains them.
     by
         Column of `specimens.csv` or `tests.csv` that names the groups.
     seed
-        Of the resampling behind bootstrap intervals.
+        Seed of the resampling for bootstrap intervals.
     within
-        Column that names what curves of a group share, such as their plant; by default the
-        specimen.
+        Column that names a unit, such as a plant, whose curves are not independent of each other;
+        by default the specimen.
 
     Raises
     ------
     SpecificationError
-        If the folder has a defect, or there is no such column.
+        If the folder is defective, or there is no such column.
     """
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)

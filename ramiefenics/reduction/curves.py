@@ -1,4 +1,4 @@
-"""What one measured curve says, in numbers."""
+"""Reduction of one measured curve to numbers."""
 
 from __future__ import annotations
 
@@ -22,15 +22,18 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "bending_modulus_MPa": ("Apparent bending modulus", "MPa"),
     "shear_modulus_MPa": ("Apparent shear modulus", "MPa"),
 }
-"""Title and unit of what groups are compared by."""
+"""Title and unit of the quantities by which groups are compared."""
 
 AT_END = 0.01
-"""A peak in this last share of the displacement is where the record ends, not a maximum."""
+"""Share of the displacement at the end of a record within which a peak may not be a maximum.
+
+It is not a maximum there if the force drops afterwards by less than the same share of the peak.
+"""
 
 
 @dataclass(frozen=True)
 class CurveNumbers:
-    """A measured curve, reduced.
+    """Numbers computed from a measured curve.
 
     Attributes
     ----------
@@ -39,17 +42,18 @@ class CurveNumbers:
     slope_N_per_mm, slope_low_N_per_mm, slope_high_N_per_mm
         Initial slope and its 95 % interval.
     slope_from_mm, slope_to_mm, slope_stable
-        Where it was taken, and whether the curve is straight there: see `initial_slope`.
+        Range of displacement in which the slope was taken, and whether the curve is straight there;
+        see `initial_slope`.
     peak_N, peak_at_mm
-        Largest force, and where.
+        Largest force, and its displacement.
     still_rising
-        Whether that is where the record ends: the peak is then a lower bound.
+        Whether the peak lies at the end of the record (see `AT_END`). It is then a lower bound.
     end_mm
-        Where the record ends.
+        Displacement at the end of the record.
     energy_to_peak_Nmm, energy_Nmm
-        Work of the indenter up to the peak, and to the end, see `work`.
+        Work of the indenter up to the peak, and up to the end of the record; see `work`.
     drop_N, drop
-        From the peak to the least force after it, and as a share of the peak.
+        Drop from the peak to the least force after it, and its share of the peak.
     """
 
     noise_N: float
@@ -75,7 +79,7 @@ def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
     Parameters
     ----------
     curve
-        ``displacement_mm``, ascending, and ``force_N``, with a peak above 0 N.
+        Columns ``displacement_mm``, ascending, and ``force_N``, with a peak above 0 N.
     """
     travel, force = curve["displacement_mm"].to_numpy(), curve["force_N"].to_numpy()
     slope = initial_slope(curve)
@@ -102,17 +106,17 @@ def reduce_curve(curve: pd.DataFrame) -> CurveNumbers:
 
 
 def reduce_section(record: Record, numbers: CurveNumbers) -> dict[str, float]:
-    """Return what the section makes of force and slope, MPa.
+    """Return the nominal strength and the apparent moduli, MPa, with the dimensions of the section.
 
-    ``strength_MPa`` is for the section as specified, turned to the nearest right angle,
-    ``strength_turned_MPa`` as if it had lain on its other diameter: the range where nobody wrote
-    down which one faced the indenter. The moduli are apparent: each puts the whole deflection down
-    to one cause.
+    ``strength_MPa`` is for the section as specified, turned to the nearest right angle, and
+    ``strength_turned_MPa`` for the section turned by a right angle from there. The two are the
+    range of the strength if it was not recorded which diameter faced the indenter. The moduli are
+    apparent: each attributes the whole deflection to one cause.
     """
     stalk = record.test.stalk
     beam = record.test.fixture.check_beam("strengths and moduli are")
     span, inner_span = beam.supports_mm, beam.indenters_mm
-    arms = 2.0 * beam.arm_mm  # moment and shear force are those of three-point bending over both
+    arms = 2.0 * beam.arm_mm  # the span of three-point bending with the same moment and shear force
     outer, inner, height = stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm
     if round(stalk.rotation_deg / 90.0) % 2:
         outer, inner, height = height, inner * height / outer, outer

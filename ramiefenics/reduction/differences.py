@@ -1,12 +1,12 @@
 """Whether groups differ, which ones, and by how much.
 
-Values that are independent are compared by Welch's (1951) analysis of variance, which does not take
-the groups' variances for equal, and pair by pair by Welch's t-test. Values that share something (a
-plant, a specimen tested twice) are not independent: a mixed model with a random effect of what they
-share takes their place, tested with as many degrees of freedom as there are such units beyond the
-groups, which is on the safe side. Probabilities of pairs are Holm's (1979), over the pairs of a
-quantity. Sizes of differences are Hedges' (1981) g: differences over the standard deviation within
-groups.
+Independent values are compared by Welch's (1951) analysis of variance, which does not assume equal
+variances, and pair by pair by Welch's t-test. Values from the same unit (a plant, a specimen tested
+twice) are not independent. For these, a mixed model with a random effect of the unit is fitted
+instead, and tested with as many degrees of freedom as there are units less groups, which is
+conservative. The p-values of pairs are adjusted by Holm's (1979) method over the pairs of a
+quantity. The effect size is Hedges' (1981) g: the difference over the standard deviation within
+groups, corrected for small samples.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ramiefenics.measured.noise import Array
 from ramiefenics.reduction.groups import LEVEL, ordered
 
 FEWEST = 2
-"""Values, or units, of a group that is compared."""
+"""Least number of units (of values, if these are independent) in a group that is compared."""
 
 
 def differences(
@@ -43,22 +43,24 @@ def differences(
     Parameters
     ----------
     curves
-        One row per curve.
+        Quantities, with one row per curve.
     groups
         Group of each row.
     quantities
-        Columns of `curves`.
+        Names of the columns of `curves` to be compared.
     units
-        What each row shares with others, if anything.
+        Unit of each row, such as a plant, whose rows are not independent of each other; by default
+        all rows are independent.
 
     Returns
     -------
     tests
-        One row per quantity: ``F``, its degrees of freedom, ``p`` that all groups are alike, and
-        ``eta_squared``, the share of the variance that is between groups.
+        One row per quantity: ``method``, ``F``, its degrees of freedom ``df`` and ``df_within``,
+        ``p`` for the hypothesis that the means of all groups are equal, and ``eta_squared``, the
+        share of the variance that lies between groups.
     pairs
-        One row per quantity and pair: ``difference`` of the means (second less first) with its 95
-        % interval ``low`` to ``high``, ``p`` (Holm) and Hedges' ``g``.
+        One row per quantity and pair: ``difference`` of the means (second less first) with its
+        95 % interval from ``low`` to ``high``, ``p`` (adjusted by Holm's method) and Hedges' ``g``.
     """
     tests, pairs = [], []
     for name in quantities:
@@ -105,7 +107,7 @@ def _mixed(table: pd.DataFrame, used: Sequence[str]) -> tuple[dict[str, object],
     belongs = np.array([[group == name for name in used] for group in table["group"]], dtype=float)
     labels = table["group"] + "\n" + table["unit"]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that what is shared has no variance
+        warnings.simplefilter("ignore")  # statsmodels warns if the random effect has no variance
         fit = MixedLM(table["value"].to_numpy(), belongs, groups=labels.to_numpy()).fit(reml=True)
     number = len(used)
     means, covariance = np.asarray(fit.fe_params), np.asarray(fit.cov_params())[:number, :number]
@@ -139,7 +141,7 @@ def _pair(
     values: float,
 ) -> dict[str, object]:
     half = float(student.ppf((1.0 + LEVEL) / 2.0, freedom)) * error
-    # Hedges (1981), Eq. 6e: g is biased for few values
+    # Hedges (1981), Eq. 6e: corrects the bias of g for small samples
     exact = math.exp(gammaln(values / 2.0) - gammaln((values - 1.0) / 2.0)) / math.sqrt(values / 2)
     return {
         "first": first,

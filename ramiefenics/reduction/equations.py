@@ -1,18 +1,17 @@
-"""Formulas for a bending test: Eqs. 1 to 3, 6 and 7 of the study.
+"""Formulas for a bending test: Eqs. 1 to 3, 6 and 7 of the published study.
 
-The study is "Bending mechanics test and parameters calibration of ramie stalks".
+The study is "Bending mechanics test and parameters calibration of ramie stalks". All functions take
+numbers or arrays, in mm, N and MPa.
 
-Source: "Bending mechanics test and parameters calibration of ramie stalks". All take numbers or
-arrays, in mm, N and MPa.
-
-Two things there are not as printed. The constant of Eq. 2 is 8/pi = 2.546, not 2.564. And what it
-calls the bending modulus of elasticity is a shear modulus. A beam on two supports with overhangs
-deflects by ``f_b = P L^3 / (48 EI)`` at midspan and rises by ``f_1 = a P L^2 / (16 EI)`` at the end
-of an overhang of length a, so that ``f_1 L / (3 a)`` in Eq. 1 is ``f_b``. What Eq. 1 divides by is
-the deflection left over, the one by shear, ``f - f_b = P L / (4 U)`` (Timoshenko 1921), and U is
-the shear stiffness: GA over a coefficient of shear, in N. A bending stiffness, EI, would be in
-N mm2. The 2 in Eq. 2 is that coefficient for a thin-walled tube (Cowper 1966), A is the section's
-area, and what remains is G. `bending_modulus` is the modulus that Eq. 2 is not.
+The functions differ from the study in two points. The constant of Eq. 2 is 8/pi = 2.546, not the
+printed 2.564. And the result of Eq. 2, which the study calls the bending modulus of elasticity, is
+a shear modulus, for the following reason. A beam on two supports with overhangs deflects by
+``f_b = P L^3 / (48 EI)`` at midspan and rises by ``f_1 = a P L^2 / (16 EI)`` at the end of an
+overhang of length a, so that ``f_1 L / (3 a)`` in Eq. 1 is ``f_b``. The denominator of Eq. 1
+therefore contains the remaining deflection, that by shear, ``f - f_b = P L / (4 U)`` (Timoshenko
+1921), and U is the shear stiffness, GA over a shear coefficient, in N. A bending stiffness, EI,
+would be in N mm2. The 2 in Eq. 2 is the shear coefficient of a thin-walled tube (Cowper 1966), A is
+the area of the section, and the quotient is G. The modulus of bending is `bending_modulus`.
 """
 
 from __future__ import annotations
@@ -33,12 +32,12 @@ def shear_stiffness(
     Parameters
     ----------
     load_N, deflection_mm
-        Increments of force and of the deflection at midspan within the elastic part.
+        Increments of the force and of the deflection at midspan, in the elastic range.
     span_mm
-        Distance of the supports, L; less that of two indenters, if there are two.
+        Distance L between the supports, in four-point bending less that between the indenters.
     overhang_deflection_mm
-        Increment of the upward deflection f_1 at the end of an overhang. Left out, what bending
-        deflects is put down to shear too, and U is too low.
+        Increment of the upward deflection f_1 at the end of an overhang. If it is left out, the
+        deflection by bending is attributed to shear as well, and U is too low.
     overhang_mm
         Length a of the overhang.
 
@@ -60,28 +59,29 @@ def shear_modulus(
 ) -> Any:
     """Return the shear modulus G, MPa, of Eq. 2, with 2.546 in place of the printed 2.564.
 
-    The study calls it bending modulus of elasticity; see the head of this module. The coefficient
-    of shear 2 is that of a thin wall; at an inner diameter of half the outer one it is 1.70, of a
-    solid section 1.17 (Cowper 1966, Poisson's ratio 0), and G comes out too high by 18 or 71 %.
+    The study calls it the bending modulus of elasticity; see the docstring of this module. The
+    shear coefficient of 2 is that of a thin wall. It is 1.70 if the inner diameter is half the
+    outer one, and 1.17 for a solid section (Cowper 1966, Poisson's ratio 0), so that G is too high
+    by 18 and 71 %.
 
     Parameters
     ----------
     shear_stiffness_N
-        U of Eq. 1.
+        Shear stiffness U of Eq. 1.
     outer_mm, inner_mm, height_mm
-        As of `section_modulus`.
+        Dimensions of the section, as in `section_modulus`.
     """
     return 2.0 * shear_stiffness_N / section_area(outer_mm, inner_mm, height_mm)
 
 
 def section_area(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -> Any:
-    """Return the area of a hollow circle or ellipse, mm2; parameters as of `section_modulus`."""
+    """Return the area of a hollow circle or ellipse, mm2; parameters as in `section_modulus`."""
     height = outer_mm if height_mm is None else height_mm
     return math.pi / 4.0 * outer_mm * height * (1.0 - (inner_mm / outer_mm) ** 2)
 
 
 def phloem_ratio(outer_mm: Any, inner_mm: Any, phloem_mm: Any) -> Any:
-    """Return the volume ratio V1 of the phloem, Eq. 3; right as printed.
+    """Return the volume ratio V1 of the phloem, Eq. 3, which is correct as printed.
 
     It is the area of the outermost ring over that of the tube.
 
@@ -99,33 +99,37 @@ def phloem_ratio(outer_mm: Any, inner_mm: Any, phloem_mm: Any) -> Any:
 def maximum_stress(force_N: Any, span_mm: Any, section_modulus_mm3: Any) -> Any:
     """Return the largest bending stress in three-point bending, MPa: Eq. 6 with M = P L / 4.
 
-    In four-point bending it is M = P (L - l) / 4, l the distance of the indenters.
+    In four-point bending M = P (L - l) / 4, where l is the distance between the indenters.
 
-    At the peak force it is the nominal strength: what a homogeneous, elastic beam with the
-    undeformed section would bear.
+    At the peak force, this stress is the nominal strength: the largest stress at failure in a
+    homogeneous, elastic beam with the undeformed section.
 
     Parameters
     ----------
     force_N, span_mm
-        Force in all, and distance of the supports, less that of two indenters.
+        Total force, and distance between the supports, in four-point bending less that between the
+        indenters.
     section_modulus_mm3
-        W of Eq. 7.
+        Section modulus W of Eq. 7.
     """
     return force_N * span_mm / (4.0 * section_modulus_mm3)
 
 
 def section_modulus(outer_mm: Any, inner_mm: Any = 0.0, height_mm: Any = None) -> Any:
-    """Return the section modulus W, mm3: Eq. 7, and its like for an ellipse.
+    """Return the section modulus W, mm3: Eq. 7, and its equivalent for an ellipse.
+
+    For an ellipse of width w and height h, it is ``pi w h^2 (1 - m^4) / 32``, where m is the ratio
+    of the inner to the outer width (Young and Budynas 2002, Table A.1).
 
     Parameters
     ----------
     outer_mm
-        Diameter; of an ellipse, the width across the force.
+        Diameter; for an ellipse, the width perpendicular to the force.
     inner_mm
-        Diameter of the void, 0 if there is none; of an ellipse the void's width, of the same shape.
+        Diameter of the void, 0 if there is none; for an ellipse, the width of the void, which has
+        the same shape.
     height_mm
-        Of an ellipse, along the force; ``pi w h^2 (1 - m^4) / 32``, m the ratio of inner to outer
-        (Young and Budynas 2002, Table A.1).
+        Height of an ellipse, in the direction of the force; by default the section is a circle.
     """
     height = outer_mm if height_mm is None else height_mm
     return math.pi / 32.0 * outer_mm * height**2 * (1.0 - (inner_mm / outer_mm) ** 4)
@@ -141,24 +145,25 @@ def bending_modulus(
 ) -> Any:
     """Return the apparent Young's modulus, MPa, of a slender beam: E = k L^3 / (48 I).
 
-    In four-point bending it is ``k (L - l)^2 (L + 2 l) / (48 I)``, with the arm a = (L - l) / 2 of
-    a support to an indenter ``k a^2 (3 L - 4 a) / (12 I)``: a machine records the displacement of
-    the indenters there. That of midspan is ``P a (3 L^2 - 4 a^2) / (48 E I)`` (both
-    follow from the deflection of a beam with two equal loads, Gere and Goodno 2013, Table G-2).
+    In four-point bending it is ``k (L - l)^2 (L + 2 l) / (48 I)``, because the machine records the
+    displacement of the indenters. With the distance a = (L - l) / 2 between a support and an
+    indenter, this is ``k a^2 (3 L - 4 a) / (12 I)``. The deflection at midspan is another one,
+    ``P a (3 L^2 - 4 a^2) / (48 E I)``. Both follow from the deflection of a beam with two equal
+    loads (Gere and Goodno 2013, Table G-2).
 
-    Shear, crushing of the section and the machine's own compliance count as bending: it is a lower
-    bound.
+    Shear, crushing of the section and the compliance of the machine count as bending, so that the
+    result is a lower bound.
 
     Parameters
     ----------
     slope_N_per_mm
-        Initial slope k of the force in all against the indenters' displacement.
+        Initial slope k of the total force over the displacement of the indenters.
     span_mm
-        Distance L of the supports.
+        Distance L between the supports.
     outer_mm, inner_mm, height_mm
-        As of `section_modulus`; I is W times half the height.
+        Dimensions of the section, as in `section_modulus`; I is W times half the height.
     inner_span_mm
-        Distance l of two indenters; 0 for one.
+        Distance l between two indenters; 0 if there is only one.
     """
     height = outer_mm if height_mm is None else height_mm
     second_moment = section_modulus(outer_mm, inner_mm, height_mm) * height / 2.0

@@ -1,4 +1,4 @@
-"""Measured curves by group with their mean, and what they were reduced to."""
+"""Figures of a reduction: measured curves with their means, and quantities, by group."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 
 IN_A_ROW = 3
 GRID = 200
-"""Displacements of a mean curve."""
+"""Number of displacements in a mean curve."""
 
 SHOWN = ("slope_N_per_mm", "peak_N", "energy_to_peak_Nmm", "strength_MPa")
-"""Quantities of the second figure."""
+"""Quantities shown in the figure of quantities."""
 
 
 def curves_by_group_figure(reduction: Reduction) -> Figure:
-    """Draw all curves, a panel per group, with mean and standard deviation.
+    """Draw all curves with their mean and standard deviation, in one panel per group.
 
-    The mean begins where all have begun, and goes as far as half of the curves do; it is dashed
-    where the first has ended.
+    The mean begins where all curves have begun, and ends where half of them have ended. It is
+    dashed beyond the end of the shortest curve.
     """
     records = zip(reduction.curves["group"], reduction.dataset.records, strict=True)
     groups: dict[str, list[Record]] = {name: [] for name in reduction.names}
@@ -49,7 +49,7 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
         for axes in panels[:, 0]:
             axes.set_ylabel("Force (N)")
         for index, axes in enumerate(panels.flat[: len(groups)]):
-            if index + across >= len(groups):  # nothing below it
+            if index + across >= len(groups):  # no panel below this one
                 axes.set_xlabel("Displacement (mm)")
                 axes.tick_params(labelbottom=True)
         panels[0, 0].set_xlim(left=0.0)
@@ -94,7 +94,7 @@ def _force(curve: pd.DataFrame, at: Array) -> Array:
 
 
 def quantities_by_group_figure(reduction: Reduction) -> Figure:
-    """Draw slope, peak, energy and strength of every curve, with the groups' means."""
+    """Draw slope, peak force, energy and strength of every curve, with the means of the groups."""
     groups = reduction.names
     with mpl.rc_context(STYLE):
         width = max(6.0, 2.4 + 0.8 * 2 * len(groups))
@@ -113,7 +113,7 @@ def _quantity(axes: Axes, reduction: Reduction, quantity: str, groups: list[str]
     table = reduction.groups[reduction.groups["quantity"] == quantity].set_index("group")
     for place, group in enumerate(groups):
         values = reduction.curves.loc[reduction.curves["group"] == group, quantity].to_numpy()
-        # evenly spread by rank: points apart from each other, and the same at every run
+        # offsets follow from the rank, so that points are well apart and the figure is reproducible
         beside = 0.16 * (2.0 * ((np.arange(len(values)) * 0.618034) % 1.0) - 1.0)
         label = "one curve" if place == 0 else None
         order = np.argsort(values)
@@ -136,7 +136,7 @@ def _quantity(axes: Axes, reduction: Reduction, quantity: str, groups: list[str]
     axes.set_xticks(range(len(groups)), [str(group) for group in groups])
     axes.set_xlim(-0.5, len(groups) - 0.3)
     axes.set_ylim(bottom=0.0)
-    if sum(len(str(group)) for group in groups) > 24:  # or the names run into each other
+    if sum(len(str(group)) for group in groups) > 24:  # otherwise the names overlap
         axes.tick_params(axis="x", rotation=60)
     title, unit = QUANTITIES[quantity]
     axes.set_ylabel(f"{title} ({unit})")

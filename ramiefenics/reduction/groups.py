@@ -1,4 +1,4 @@
-"""Means by group, and how far they can be trusted."""
+"""Means by group, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ from ramiefenics.measured.noise import Array
 LEVEL = 0.95
 RESAMPLES = 9999
 NOT_NORMAL = 0.05
-"""Of the Shapiro-Wilk test: below this probability the bootstrap's interval is the one to use."""
+"""Value of p in the Shapiro-Wilk test below which the bootstrap interval is used."""
 
 ENOUGH = 20
-"""Values with which a bootstrap interval covers what it says; of five it covers 85 to 90 %."""
+"""Least number of values for a bootstrap interval to have the stated coverage.
+
+With five values, it covers only 85 to 90 %.
+"""
 
 COLUMNS = (
     "n",
@@ -37,20 +40,20 @@ COLUMNS = (
 
 
 def describe(values: Array, seed: int = 0) -> dict[str, object]:
-    """Return mean, standard deviation and 95 % confidence intervals of the mean.
+    """Return the mean, the standard deviation and 95 % confidence intervals of the mean.
 
-    Student's interval holds for normal values. The other is the bias-corrected and accelerated
-    bootstrap of 9999 resamples (Efron 1987). ``low`` and ``high`` are the one that ``interval``
-    names: the bootstrap's where Shapiro and Wilk's (1965) test finds 20 values or more not normal
-    (p < 0.05), else Student's, as the bootstrap's is too narrow for fewer. What so few values do
-    not give is NaN.
+    Student's interval is valid for normal values. The other interval is that of the bias-corrected
+    and accelerated bootstrap with 9999 resamples (Efron 1987). ``low`` and ``high`` are the ends of
+    the interval named by ``interval``: the bootstrap's if there are 20 values or more and Shapiro
+    and Wilk's (1965) test finds them not normal (p < 0.05), otherwise Student's, because the
+    bootstrap's is too narrow for fewer values. Entries for which there are too few values are NaN.
 
     Parameters
     ----------
     values
-        Of one group; those that are not finite are left out.
+        Values of one group; those that are not finite are left out.
     seed
-        Of the resampling.
+        Seed of the resampling.
     """
     values = values[np.isfinite(values)]
     number = len(values)
@@ -77,7 +80,7 @@ def describe(values: Array, seed: int = 0) -> dict[str, object]:
 
 def _bootstrap(values: Array, seed: int) -> tuple[float, float]:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # where it cannot be had it is NaN, which says enough
+        warnings.simplefilter("ignore")  # a degenerate interval is NaN, which is warning enough
         result = bootstrap(
             (values,),
             np.mean,
@@ -91,7 +94,7 @@ def _bootstrap(values: Array, seed: int) -> tuple[float, float]:
 
 
 def ordered(groups: Sequence[str]) -> list[str]:
-    """Return every group once: numbers ascending, names as they come."""
+    """Return every group once: in ascending order if all are numbers, otherwise as they occur."""
     names = list(dict.fromkeys(groups))
     try:
         return sorted(names, key=float)
@@ -107,13 +110,13 @@ def by_group(
     Parameters
     ----------
     curves
-        One row per specimen.
+        Quantities, with one row per curve.
     groups
         Group of each row.
     quantities
-        Columns of `curves`.
+        Names of the columns of `curves` to be described.
     seed
-        Of the resampling.
+        Seed of the resampling.
     """
     rows = []
     for group in ordered(groups):

@@ -1,1 +1,1 @@
-"""What all studies' results have in common: words, tables, figures, folders, pages."""
+"""What the results of all studies have in common: text, tables, figures, folders, pages."""

@@ -1,4 +1,4 @@
-"""Who writes a folder of results: one process at a time."""
+"""Exclusive access to a folder of results: one process writes it at a time."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from ramiefenics.specification.errors import SpecificationError
 LOCK = "lock"
 
 _held: dict[Path, int] = {}
-"""Threads of this process by the working folder they hold."""
+"""Identifiers of the threads of this process, by the working folder that each holds."""
 
 
 @contextmanager
 def claimed(folder: Path) -> Iterator[Path]:
-    """Hold a folder of results, so that nobody else writes it.
+    """Hold a folder of results, so that no other process or thread writes to it.
 
     What a killed process has left there is put right first. The thread that holds a folder may
     claim it again.
@@ -31,17 +31,17 @@ def claimed(folder: Path) -> Iterator[Path]:
     Parameters
     ----------
     folder
-        Need not exist; nothing is made of it.
+        Folder of results; it need not exist, and is not created.
 
     Returns
     -------
     Path
-        A working folder on the same file system, which is there as long as it is of use.
+        Working folder on the same file system, which exists as long as `folder` is held.
 
     Raises
     ------
     SpecificationError
-        If another process, or another thread of this one, holds it.
+        If another process, or another thread of this one, holds the folder.
     OSError
         If the file system refuses.
     """
@@ -67,7 +67,7 @@ def claimed(folder: Path) -> Iterator[Path]:
 
 
 def _working_folder(folder: Path) -> Path:
-    """Return where a folder's next content is written: beside it, or else within."""
+    """Return where the next content of a folder is written: beside it if possible, or inside."""
     above = next((path for path in folder.parents if path.exists()), folder)
     if _is_mounted(folder) or not os.access(above, os.W_OK | os.X_OK):
         return folder / ".draft"
@@ -75,7 +75,7 @@ def _working_folder(folder: Path) -> Path:
 
 
 def _is_mounted(folder: Path) -> bool:
-    """Return whether something is mounted on a folder, be it of the same file system."""
+    """Return whether something is mounted on a folder, even from the same file system."""
     escaped = str(folder).replace(" ", r"\040")
     with suppress(OSError):
         mounts = Path("/proc/self/mountinfo").read_text(encoding="utf-8").splitlines()
@@ -84,15 +84,15 @@ def _is_mounted(folder: Path) -> bool:
 
 
 def _lock(work: Path, folder: Path) -> TextIO:
-    """Lock a working folder, which is made if need be; the lock ends with its process."""
+    """Lock a working folder, created if necessary; the lock ends with its process."""
     while True:
         with suppress(FileExistsError):
             work.mkdir(parents=True)
-        with suppress(FileNotFoundError):  # who held it has just removed it
+        with suppress(FileNotFoundError):  # its holder has just removed it
             lock = (work / LOCK).open("a+", encoding="utf-8")
             if not _got(lock):
                 holder = _read(lock)
-                if not holder:  # it has had no time yet to say who it is
+                if not holder:  # the holder has not yet written who it is
                     continue
                 allowed = f"is being written by another process ({holder})"
                 raise SpecificationError("out", str(folder), allowed)

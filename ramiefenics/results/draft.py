@@ -1,4 +1,4 @@
-"""Folders of results: wholly the old ones or wholly the new ones, never both."""
+"""Folders that hold either all of the old results or all of the new ones, never a mixture."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from ramiefenics.results.exchange import NEW, install, write_record
 
 @contextmanager
 def draft(folder: Path, replace: bool = True) -> Iterator[Path]:
-    """Make a folder to write to, which takes the place of `folder` if all went well.
+    """Provide a folder to write to, whose content replaces that of `folder` if all goes well.
 
     Parameters
     ----------
     folder
-        Made if it does not exist. What the program wrote there before goes; files of the user's
-        stay, unless the new result has one of the same name.
+        Folder of results; created if it does not exist. What the program wrote there before is
+        removed. The user's own files stay, unless the new result has a file of the same name.
     replace
-        If false, what the program wrote there before stays too, and what it writes now is the
-        user's from then on.
+        If false, what the program wrote there before stays, too, and what it writes now counts as
+        the user's own from then on.
 
     Raises
     ------
     SpecificationError
-        If another process is writing it.
+        If another process is writing to the folder.
     OSError
-        If it cannot be written.
+        If the folder cannot be written to.
     """
     with claimed(folder) as work:
         made = work / NEW

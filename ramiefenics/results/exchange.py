@@ -1,8 +1,9 @@
-"""Put a new result in an old one's place at once, and leave the user's own files where they are.
+"""Replace an old result by a new one at once, and leave the user's own files where they are.
 
-`RECORD` lists what the program wrote into a folder; all else in it is the user's. Where the file
-system can, the whole folder is exchanged. Where it cannot, or where the folder is more than a
-result, the old files are removed, then the new ones moved in; `put_right` ends what was killed.
+`RECORD` lists what the program wrote into a folder; everything else in it is the user's. If
+possible, the whole folder is exchanged. If the file system does not allow that, or if the folder
+holds more than a result, the old files are removed and the new ones are then moved in. If the
+program is killed meanwhile, `put_right` completes the replacement.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 RECORD = ".written"
-"""File in a folder of results: what the program wrote there, one path a line."""
+"""File in a folder of results that lists what the program wrote there, one path per line."""
 
 NEW, ASIDE, MOVING = "new", "aside", "moving"
-"""Folders beside the result: what is being written; the old result, while no folder has the
-result's name; a new result of which some files are already in the old one's place."""
+"""Folders in the working folder: the result that is being written; the old result, while no folder
+has the result's name; a new result of which some files have already been moved in."""
 
 UNFINISHED = "UNFINISHED.txt"
-"""File in a folder while files are being moved into it, with `WARNING`."""
+"""File with `WARNING` that is in a folder while files are being moved into it."""
 
 WARNING = (
     "A new result is taking the place of an old one: files are missing. If the program was killed "
@@ -34,26 +35,26 @@ AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
 
 
 def write_record(made: Path) -> None:
-    """List all files of a new result in its record."""
+    """Write the record of a new result, which lists all its files."""
     text = "".join(f"{name}\n" for name in sorted(_files(made)))
     (made / RECORD).write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
 def install(work: Path, folder: Path) -> None:
-    """Put the result in ``work/new`` in the place of the one in a folder.
+    """Replace the result in a folder by the one in ``work/new``.
 
     Parameters
     ----------
     work
-        Where it has been written; after that ``work/new`` is gone, or holds the old result.
+        Working folder. Afterwards ``work/new`` is gone, or holds the old result.
     folder
-        Neither a link nor relative. If the new result has no record it only adds to what is there.
+        Absolute path that is not a link. A new result without a record only adds to what is there.
 
     Raises
     ------
     OSError
-        If the file system refuses, or a user's file is where a folder of the result is to go, or
-        the other way round.
+        If the file system refuses, or if a file of the user's is in the place of a folder of the
+        result, or the other way round.
     """
     new = work / NEW
     if not folder.exists():
@@ -65,14 +66,14 @@ def install(work: Path, folder: Path) -> None:
         shutil.copymode(folder, new)
         _keep_own(folder, new, old)
         _exchange(new, folder, work / ASIDE)
-        _keep_own(new, folder, old)  # what the user has added in between
+        _keep_own(new, folder, old)  # what the user has added meanwhile
     else:
         new.rename(work / MOVING)
         _move(work / MOVING, folder)
 
 
 def put_right(work: Path, folder: Path) -> None:
-    """End what a killed process has begun, and clear away what it has left."""
+    """Complete what a killed process has begun, and remove what it has left behind."""
     shutil.rmtree(work / NEW, ignore_errors=True)
     if (work / ASIDE).exists():
         if folder.exists():
@@ -85,7 +86,7 @@ def put_right(work: Path, folder: Path) -> None:
 
 
 def _files(folder: Path) -> Iterator[str]:
-    """Paths of all files in a folder and those below, relative to it."""
+    """Yield the paths of all files in a folder and its subfolders, relative to it."""
     for place, names, files in os.walk(folder):
         links = [name for name in names if (Path(place) / name).is_symlink()]
         for name in [*files, *links]:
@@ -93,7 +94,7 @@ def _files(folder: Path) -> Iterator[str]:
 
 
 def _recorded(folder: Path) -> set[str]:
-    """Paths of what the program wrote into a folder, the record included."""
+    """Return the paths of what the program wrote into a folder, the record included."""
     try:
         text = (folder / RECORD).read_text(encoding="utf-8", errors="surrogateescape")
     except FileNotFoundError:
@@ -111,10 +112,11 @@ def _check_room(new: Path, folder: Path) -> None:
 
 
 def _exchangeable(new: Path, folder: Path, old: set[str]) -> bool:
-    """Return whether nobody will miss the folder itself when another one has its name.
+    """Return whether a folder can be exchanged for the new one without harm to anybody.
 
-    A process would that works in it, or whose it is; so would one at work in a folder of the
-    user's within it, such as the results below ``results``.
+    It cannot if this process works in it, if the new one is inside it or has another owner, or if
+    it has subfolders of the user's, such as the results below ``results``, in which other processes
+    may be at work.
     """
     here, there = new.stat(), folder.stat()
     parts = {PurePosixPath(name).parts[0] for name in old}
@@ -128,7 +130,7 @@ def _exchangeable(new: Path, folder: Path, old: set[str]) -> bool:
 
 
 def _keep_own(source: Path, target: Path, old: set[str]) -> None:
-    """Link the user's files into another folder, which may have others of these names."""
+    """Link the user's files into another folder, unless it has files of the same names."""
     for name in _files(source):
         place = target / name
         if name in old or os.path.lexists(place):
@@ -136,12 +138,12 @@ def _keep_own(source: Path, target: Path, old: set[str]) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
         try:
             os.link(source / name, place, follow_symlinks=False)
-        except OSError:  # a file system without links, a file of another user
+        except OSError:  # a file system without links, or a file of another user
             shutil.copy2(source / name, place, follow_symlinks=False)
 
 
 def _exchange(new: Path, folder: Path, aside: Path) -> None:
-    """Exchange two folders' names."""
+    """Exchange the names of two folders."""
     try:
         _exchange_at_once(new, folder)
     except OSError as error:
@@ -153,7 +155,7 @@ def _exchange(new: Path, folder: Path, aside: Path) -> None:
 
 
 def _exchange_at_once(one: Path, other: Path) -> None:
-    """Exchange two names by renameat2(2), which Python's `os` does not have."""
+    """Exchange two names by renameat2(2), which Python's `os` does not offer."""
     call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if call is None:
         raise OSError(errno.ENOSYS, "no renameat2 in the C library")
@@ -164,10 +166,10 @@ def _exchange_at_once(one: Path, other: Path) -> None:
 
 
 def _move(moving: Path, folder: Path) -> None:
-    """Remove the old result, then move the new one in, or go on with that.
+    """Remove the old result, then move the new one in, or continue doing so.
 
-    The record is the last file to go and the last to come: while the new one is not there, what an
-    old one lists is the old result.
+    The record is the last file to be removed and the last to be moved in. Until the new record is
+    there, any record lists files of the old result.
     """
     (folder / UNFINISHED).write_text(WARNING, encoding="utf-8")
     if (moving / RECORD).exists():

@@ -1,4 +1,4 @@
-"""The folder of any result."""
+"""Writing of a result to a folder."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from ramiefenics.specification.files import archive_test
 def write_folder(found: Result, folder: str | Path) -> Path:
     """Write tables, figures, specifications, summary and page of a result.
 
-    They are CSV, PNG and TOML files by name, figures as PDF and SVG in ``figures``, a JSON file
-    with all that is needed to repeat it, and ``report.html``, which needs no other file; besides,
-    the Python files of the user's own that it was made with. They take the place of an earlier
-    result in that folder, all at once.
+    Tables, figures and specifications become CSV, PNG and TOML files with their names, and figures
+    also PDF and SVG files in ``figures``. The summary is a JSON file with all that is needed to
+    repeat the study, and the page, ``report.html``, needs no other file. The user's own Python
+    files that the result was made with are copied, too. All files replace an earlier result in that
+    folder at once.
 
     Parameters
     ----------
     found
-        The result of a simulation or of a study; of a simulation on several ranks, on rank 0.
+        Result of a simulation or of a study; for a simulation on several ranks, that on rank 0.
     folder
-        Where to; made if it does not exist.
+        Folder to write to; created if it does not exist.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a summary needs besides its numbers: versions, and JSON's own types."""
+"""Versions in the summary of a result, and conversion of its values to the types of JSON."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ PACKAGES = ("petsc4py", "mpi4py", "numpy", "scipy", "gmsh", "pyvista", "statsmod
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of all that computes."""
+    """Return the versions of all software that takes part in the computation."""
     found = {
-        "ramiefenics": sys.modules["ramiefenics"].__version__,  # it imports this one
+        "ramiefenics": sys.modules["ramiefenics"].__version__,  # it imports this module
         "python": platform.python_version(),
         "dolfinx": DOLFINX_VERSION,
     }
@@ -32,7 +32,7 @@ def versions() -> dict[str, str]:
 
 
 def finite(value: Any) -> Any:
-    """Return nested content as JSON knows it: no NaN, no infinity, plain numbers."""
+    """Return nested content in the types of JSON, with None for NaN and infinity."""
     if isinstance(value, Mapping):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""A result on one page of HTML that needs no other file."""
+"""A result on one HTML page that needs no other file."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from ramiefenics.results.result import Result
 from ramiefenics.results.text import cells
 
 NUMBER = re.compile(r"\(?[<>]? ?[-+]?[\d.]*(e[-+]?\d+)?( ?%)?\)?")
-"""A cell that goes to the right: a number, or nothing."""
+"""Cell that is aligned to the right: a number, or nothing."""
 
 
 def grid(data: pd.DataFrame, name: str = "overview") -> Markup:
-    """Return a table, numbers to the right.
+    """Return a table as HTML, with numbers aligned to the right.
 
     Parameters
     ----------
     data
-        Its content.
+        Content of the table.
     name
-        Of the file that it can be saved to.
+        Name of the file to which it can be saved.
     """
     text = cells(data)
     kinds = [' class="number"' * all(map(NUMBER.fullmatch, text[column])) for column in text]
@@ -68,7 +68,7 @@ def _base64(png: bytes) -> str:
 
 
 def page(found: Result, pictures: Mapping[str, bytes]) -> str:
-    """Return the whole page.
+    """Return the whole page of a result.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every study gives back, in the same words."""
+"""Common interface of the results of all studies."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Table:
     Attributes
     ----------
     data
-        Its content; columns' names have units.
+        Content; the names of columns include units.
     caption
-        For the page; a table without one is only in the folder.
+        Caption on the page; a table without one is only in the folder.
     digits
-        Of numbers in the folder's file.
+        Significant digits of numbers in the file.
     """
 
     data: pd.DataFrame
@@ -48,16 +48,16 @@ class Picture:
     Attributes
     ----------
     draw
-        Returns a figure, or RGB pixels of shape (height, width, 3).
+        Function that returns a figure, or RGB pixels of shape (height, width, 3).
     caption
-        For the page.
+        Caption on the page.
     """
 
     draw: Callable[[], Figure | NDArray[np.uint8]]
     caption: str
 
     def figure(self) -> Figure:
-        """Return it as a figure of Matplotlib."""
+        """Return it as a Matplotlib figure."""
         from matplotlib.figure import Figure
 
         drawn = self.draw()
@@ -71,13 +71,13 @@ class Picture:
         return figure
 
     def png(self) -> bytes:
-        """Return it as the content of a PNG file."""
+        """Return the content of its PNG file."""
         return _png(self.draw())
 
     def files(self) -> dict[str, bytes]:
-        """Return it as the contents of files by the ends of their names: PNG, PDF and SVG.
+        """Return the contents of its PNG, PDF and SVG files, by the extension of their names.
 
-        Pixels are PNG only.
+        A figure made of pixels has only a PNG file.
         """
         from matplotlib import rc_context
 
@@ -104,46 +104,46 @@ def _png(drawn: Figure | NDArray[np.uint8]) -> bytes:
 
 
 class Result(ABC):
-    """A finished study: what it found, and what is needed to go on from there.
+    """Result of a finished study: its findings, and what is needed to continue from there.
 
-    `write_folder` makes a folder of it; printed, it is a page to read.
+    `write_folder` writes it to a folder; printed, it is a page of text.
     """
 
     SUMMARY: ClassVar[str] = "summary.json"
-    """File of the summary."""
+    """Name of the file with the summary."""
 
     PLACE: ClassVar[str] = "."
-    """Where in the folder of the results all that has the same name in every folder goes."""
+    """Subfolder of the folder of results for all files but those of `write_more`."""
 
     @property
     @abstractmethod
     def title(self) -> str:
-        """What this is, in a line."""
+        """Title of the result, in one line."""
 
     @property
     def overview_first(self) -> bool:
-        """Whether the overview is what is asked for, which findings comment on."""
+        """Whether the overview comes first, because it is the answer on which findings comment."""
         return False
 
     @property
     def completed(self) -> bool:
-        """Whether all of it could be done."""
+        """Whether the whole study could be carried out."""
         return True
 
     @abstractmethod
     def findings(self) -> list[str]:
-        """Return what was found, a sentence each, the most important first."""
+        """Return the findings, one sentence each, the most important first."""
 
     def notes(self) -> list[str]:
-        """Return what whoever uses the findings should know, a sentence each."""
+        """Return what users of the findings should know, one sentence each."""
         return []
 
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
-        """Return what the summary has of this study; NaN and infinity become null there."""
+        """Return the numbers of this study for the summary; NaN and infinity become null there."""
 
     def overview(self) -> pd.DataFrame | None:
-        """Return the table that is printed: few rows and columns."""
+        """Return the table that is printed, with few rows and columns; None if there is none."""
         return None
 
     def tables(self) -> dict[str, Table]:
@@ -160,12 +160,12 @@ class Result(ABC):
         Parameters
         ----------
         name
-            As in `figures`.
+            Name of the figure, as in `figures`.
 
         Raises
         ------
         SpecificationError
-            If there is none of that name.
+            If there is no figure of that name.
         """
         figures = self.figures()
         chosen = next(iter(figures), "") if name is None else name
@@ -175,18 +175,18 @@ class Result(ABC):
         return figures[chosen].figure()
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return specifications to go on with, by the name of their file."""
+        """Return specifications to continue with, by the name of their file."""
         return {}
 
     def user_files(self) -> list[Path]:
-        """Return Python files of the user's own that it depends on, but for those of laws."""
+        """Return the user's own Python files that it depends on, except those of laws."""
         return []
 
     def write_more(self, folder: Path) -> None:  # noqa: B027  most have nothing more
-        """Write what else belongs into the folder of the results."""
+        """Write further files to the folder of results."""
 
     def summary(self) -> dict[str, Any]:
-        """Return findings, numbers and manifest as strict JSON has them."""
+        """Return findings, numbers and manifest in the types of strict JSON."""
         told = {"findings": self.findings(), "notes": self.notes(), "completed": self.completed}
         own = {"title": self.title, **told, **self.numbers()}
         summary: dict[str, Any] = finite(
@@ -195,7 +195,7 @@ class Result(ABC):
         return summary
 
     def _contents(self) -> dict[str, Any]:
-        """Return what the folder has, as far as its files do not tell."""
+        """Return a description of the folder's content, as far as its files do not show it."""
         overview = self.overview()
         return {
             "result": type(self).__name__,
@@ -211,7 +211,7 @@ class Result(ABC):
         }
 
     def __repr__(self) -> str:
-        """Return title, findings, overview and notes, as text."""
+        """Return title, findings, overview and notes as text."""
         overview = self.overview()
         table = [] if overview is None else [cells(overview).to_string(index=False)]
         first, then = self.findings(), table

@@ -1,4 +1,4 @@
-"""A result as its folder tells it."""
+"""A result as read back from its folder."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest, SpecificationError, read_test
 
 OWN = ("title", "findings", "notes", "completed", "folder", "versions")
-"""What every summary has besides a study's numbers."""
+"""Keys that every summary has besides those of a study's numbers."""
 
 
 @dataclass(frozen=True, repr=False)
 class StoredResult(Result):
-    """The result of a study, read back: its words, numbers, tables, figures and specifications.
+    """Result of a study as read back: its text, numbers, tables, figures and specifications.
 
-    Figures are pictures. Printed, plotted and written again it is as it was.
+    Its figures are made of pixels. Printed, plotted or written again, it is the same as before.
 
     Attributes
     ----------
     folder
-        Where it is.
+        Folder that it was read from.
     told
         The whole summary.
     """
@@ -38,25 +38,25 @@ class StoredResult(Result):
 
     @property
     def title(self) -> str:
-        """What it is, in a line."""
+        """Title of the result, in one line."""
         return str(self.told["title"])
 
     @property
     def overview_first(self) -> bool:
-        """Whether the overview is what was asked for."""
+        """Whether the overview comes before the findings."""
         return bool(self.told["folder"]["overview_first"])
 
     @property
     def completed(self) -> bool:
-        """Whether all of it could be done."""
+        """Whether the whole study could be carried out."""
         return bool(self.told["completed"])
 
     def findings(self) -> list[str]:
-        """Return what was found."""
+        """Return the findings."""
         return list(self.told["findings"])
 
     def notes(self) -> list[str]:
-        """Return what whoever uses the findings should know."""
+        """Return what users of the findings should know."""
         return list(self.told["notes"])
 
     def numbers(self) -> dict[str, Any]:
@@ -76,19 +76,19 @@ class StoredResult(Result):
         }
 
     def figures(self) -> dict[str, Picture]:
-        """Return all figures, as pictures."""
+        """Return all figures, as pixels."""
         return {
             name: Picture(partial(_pixels, self.folder / f"{name}.png"), caption)
             for name, caption in self.told["folder"]["figures"].items()
         }
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return specifications to go on with."""
+        """Return specifications to continue with."""
         names = self.told["folder"]["specifications"]
         return {name: read_test(self.folder / f"{name}.toml") for name in names}
 
     def user_files(self) -> list[Path]:
-        """Return Python files of the user's own that it depends on."""
+        """Return the user's own Python files that it depends on."""
         return [self.folder / name for name in self.told["folder"]["user_files"]]
 
     def _contents(self) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def summary_of(folder: Path) -> dict[str, Any]:
     Raises
     ------
     SpecificationError
-        If it has none.
+        If the folder has none.
     """
     for path in sorted(folder.glob("*.json")):
         try:
@@ -115,12 +115,12 @@ def summary_of(folder: Path) -> dict[str, Any]:
 
 
 def read_stored(folder: Path) -> StoredResult:
-    """Read the folder of any result.
+    """Read a result of any kind from its folder.
 
     Raises
     ------
     SpecificationError
-        If it is none, or something in it is missing or no such file.
+        If it is not a folder of results, or if a file in it is missing or not of its kind.
     """
     found = StoredResult(folder, summary_of(folder))
     try:

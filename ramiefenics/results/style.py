@@ -1,4 +1,4 @@
-"""What all figures share: type, lines, colours."""
+"""Style of all figures: type, lines, colours."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STYLE: Any = {
 }
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#666666"
 GREEN, SKY, ORANGE, PURPLE = "#009E73", "#56B4E9", "#E69F00", "#CC79A7"
-"""From Okabe and Ito's palette, distinct to colour-blind eyes."""
+"""Colours from Okabe and Ito's palette, which colour-blind readers can distinguish."""
 
 VECTOR: Any = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "ramiefenics"}
-"""Text that stays text, and the same file from the same figure."""
+"""Settings of vector files: text stays text, and the same figure gives the same file."""

@@ -1,4 +1,4 @@
-"""Tables on top of each other, as text, and as Markdown."""
+"""Conversion of tables: stacked, as text, for spreadsheets, and as Markdown."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 import pandas as pd
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""First characters of what spreadsheets take for a formula."""
+"""First characters by which spreadsheets recognise a formula."""
 
 
 def stack(parts: Mapping[Any, pd.DataFrame], label: str) -> pd.DataFrame:
-    """Return tables on top of each other, the first column saying which is whose."""
+    """Return tables stacked on top of each other; the first column names the table of each row."""
     return pd.concat(parts, names=[label]).reset_index(level=0).reset_index(drop=True)
 
 
 def cells(data: pd.DataFrame, digits: int = 4) -> pd.DataFrame:
-    """Return a table as text, numbers to so many digits; what is NaN or None is empty."""
+    """Return a table as text, with numbers to `digits` digits; NaN and None become empty."""
 
     def cell(value: object) -> str:
         if isinstance(value, float):
@@ -33,7 +33,7 @@ def unit_of(key: str) -> str:
 
 
 def label_of(key: str) -> str:
-    """Return the last part of a dotted key in words, with its unit."""
+    """Return the last part of a dotted key as words, with its unit."""
     name, unit = key.rpartition(".")[2], unit_of(key)
     words = name.removesuffix(f"_{unit}").replace("_", " ")
     return f"{words[0].upper()}{words[1:]}{f' ({unit})' if unit else ''}"
@@ -42,7 +42,8 @@ def label_of(key: str) -> str:
 def unspoken(data: pd.DataFrame) -> pd.DataFrame:
     """Return a table for a file, without cells that a spreadsheet would run as a formula.
 
-    A text that begins as one, and is no number, gets an apostrophe, as spreadsheets want it.
+    Text that begins like a formula and is not a number gets an apostrophe in front, by which
+    spreadsheets recognise text.
     """
 
     def plain(cell: object) -> object:
@@ -63,7 +64,7 @@ def _is_number(text: str) -> bool:
 
 
 def markdown(data: pd.DataFrame) -> str:
-    """Return a table in Markdown, numbers to six digits."""
+    """Return a table in Markdown, with numbers to six digits."""
     lines = ["| " + " | ".join(map(str, data.columns)) + " |", "|---" * len(data.columns) + "|"]
     lines += ["| " + " | ".join(row) + " |" for row in cells(data, 6).itertuples(index=False)]
     return "\n".join(lines) + "\n"

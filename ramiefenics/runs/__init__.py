@@ -1,4 +1,4 @@
-"""Simulations in numbers: tasks on any executor, results in a content-addressed store."""
+"""Many simulations: tasks on any executor, with results in a content-addressed store."""
 
 from ramiefenics.runs.cluster import dask_workers, mpi_ranks
 from ramiefenics.runs.executor import Done, Runs, Task, workers

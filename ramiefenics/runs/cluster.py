@@ -1,4 +1,4 @@
-"""More than this machine's processes: the workers of a Dask scheduler, or the ranks of `mpirun`."""
+"""Executors other than local processes: workers of a Dask scheduler, or the ranks of `mpirun`."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from contextlib import contextmanager
 from ramiefenics.specification import SpecificationError
 
 PATIENCE_S = 20.0
-"""For a scheduler to answer."""
+"""Time that a scheduler has to answer."""
 
 
 @contextmanager
 def dask_workers(address: str) -> Iterator[Executor]:
-    """Lend the workers of a Dask scheduler.
+    """Provide an executor that uses the workers of a Dask scheduler.
 
     Parameters
     ----------
     address
-        Of the scheduler, for instance ``tcp://node1:8786``.
+        Address of the scheduler, for instance ``tcp://node1:8786``.
 
     Raises
     ------
     SpecificationError
-        If there is no scheduler, or the package `distributed` is not installed.
+        If there is no scheduler at that address, or the package `distributed` is not installed.
     """
     try:
         from distributed import Client
@@ -42,9 +42,9 @@ def dask_workers(address: str) -> Iterator[Executor]:
 
 @contextmanager
 def mpi_ranks() -> Iterator[Executor | None]:
-    """Lend the ranks of `mpirun` but the first; collective.
+    """Provide an executor that uses the ranks of `mpirun` except the first; collective.
 
-    The others get None, when the first one's block has ended.
+    The other ranks receive None once the block of the first has ended.
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""Simulated force curves with their derivatives, as tasks; one serves all stalks as stiff."""
+"""Tasks that simulate force curves and their derivatives.
+
+Moduli are normalised, so that one simulation serves all stalks whose moduli are in proportion.
+"""
 
 from __future__ import annotations
 
@@ -26,21 +29,21 @@ from ramiefenics.specification import (
 from ramiefenics.specification.files import to_dict
 
 MODULUS_MPA = 1000.0
-"""Of the outermost layer along the fibres in what is simulated."""
+"""Modulus of the outermost layer along the fibres in normalised simulations."""
 
 REMEMBERED = 10_000
-"""Specifications whose normalised ones are remembered: they are asked for dozens of times."""
+"""Number of specifications whose normalised form is cached; each is needed dozens of times."""
 
 
 class Change(Protocol):
-    """By what a curve can be differentiated; a frozen dataclass.
+    """Change with respect to which a curve can be differentiated; a frozen dataclass.
 
     Attributes
     ----------
     name
-        Of the column with the derivative.
+        Name of the column with the derivative.
     TYPICAL
-        An amount that matters.
+        Typical amount of the change.
     """
 
     TYPICAL: ClassVar[float]
@@ -49,22 +52,22 @@ class Change(Protocol):
     def name(self) -> str: ...  # noqa: D102
 
     def apply(self, test: BendingTest, amount: float, /) -> BendingTest:
-        """Return the changed specification; the same for zero."""
+        """Return the changed specification; it is the same if the amount is zero."""
 
 
 @dataclass(frozen=True)
 class CurveTask:
-    """The task to simulate a force curve.
+    """Task that simulates a force curve.
 
     Attributes
     ----------
     test
-        What to simulate. Its machine does not matter. If something follows the loading, the curve
+        Test to simulate. Its machine does not matter. If something follows the loading, the curve
         is that of the first unloading.
     factors
-        By which to differentiate the curve.
+        Changes with respect to which the curve is differentiated.
     smooth
-        Whether to refuse a stalk that jumps, whose derivatives cost many simulations.
+        Whether to refuse a stalk that jumps, as its derivatives take many simulations.
     """
 
     test: BendingTest
@@ -72,18 +75,18 @@ class CurveTask:
     smooth: bool = False
 
     def keys(self) -> tuple[str, ...]:
-        """Return names for what comes out: with the derivatives, and without."""
+        """Return the keys under which the curve is kept, with derivatives and without."""
         test = to_dict(normalised(self.test)[0]) | {"law": law_content(self.test.law)}
         names = []
         own = (self.factors, self.smooth and bool(self.factors))
-        # what is smooth serves those as well who would take jumps
+        # a smooth curve also serves requests that would accept jumps
         for some, smooth in dict.fromkeys([own, (self.factors, False), ((), False)]):
             files = {inspect.getfile(type(factor)): None for factor in some}
             names.append(key_of([test, [to_dict(f) for f in some], smooth], __file__, *files))
         return tuple(names)
 
     def compute(self) -> str:
-        """Simulate; return the curve as CSV, in normalised moduli."""
+        """Simulate; return the curve as CSV, for normalised moduli."""
         from mpi4py import MPI
 
         from ramiefenics.solve.sensitivity import Parameter, sensitivities
@@ -107,24 +110,25 @@ class CurveTask:
         return text.getvalue()
 
     def read(self, text: str) -> pd.DataFrame:
-        """Return the curve: ``displacement_mm`` of the indenter, ``force_N``, and by factor.
+        """Return the curve: ``displacement_mm`` of the indenter, ``force_N``, and derivatives.
 
-        That column, of the factor's name, is the force's derivative by its logarithm, N.
+        For every factor, the column with its name is the derivative of the force with respect to
+        the amount of that change, N per unit of the amount.
         """
         curve = pd.read_csv(io.StringIO(text))
-        # what was kept may have derivatives that nobody asks for here
+        # the stored curve may have derivatives that this task does not ask for
         curve = curve[["displacement_mm", "force_N", *(factor.name for factor in self.factors)]]
         curve[curve.columns[1:]] *= normalised(self.test)[1]
         return curve
 
 
 def _first_unloading(curve: pd.DataFrame, ending: Ending) -> pd.DataFrame:
-    """Return the way back from the largest travel, in ascending order.
+    """Return the curve of the first unloading from the largest travel, in ascending order.
 
     Raises
     ------
     SpecificationError
-        If the run has not come to its end.
+        If the run did not reach the end of its path.
     """
     if ending.kind != "completed":
         raise SpecificationError("protocol.then", ending.reason, "must be followed to its end")
@@ -136,18 +140,18 @@ def _first_unloading(curve: pd.DataFrame, ending: Ending) -> pd.DataFrame:
 
 
 class Mapper(Protocol):
-    """Does tasks, as `Runs` does.
+    """Executes tasks, as `Runs` does.
 
     Attributes
     ----------
     asked
-        Tasks so far.
+        Number of tasks so far.
     """
 
     asked: int
 
     def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
-        """Return what came of tasks, in their order."""
+        """Return the outcomes of tasks, in their order."""
 
 
 def simulated(runs: Mapper, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:
@@ -157,10 +161,11 @@ def simulated(runs: Mapper, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:
 
 @functools.lru_cache(maxsize=REMEMBERED)
 def normalised(test: BendingTest) -> tuple[BendingTest, float]:
-    """Return the simplest specification whose forces are proportional, and the factor to them.
+    """Return the simplest specification with proportional forces, and the ratio of the forces.
 
-    Where all stresses scale with the moduli (`Law.homogeneous`), so do forces: one simulation
-    serves all stalks that differ by a factor on all moduli.
+    The forces of `test` are those of the returned specification times that ratio. Where all
+    stresses scale with the moduli (`Law.homogeneous`), so do forces, and one simulation serves all
+    stalks that differ by a factor on all moduli.
     """
     test = test.alone
     stalk, factor = test.stalk.measured_at_midspan(), 1.0
@@ -194,7 +199,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
 
 
 def stiffer(test: BendingTest, factor: float) -> BendingTest:
-    """Return a test of a stalk all of whose moduli are multiplied by a factor."""
+    """Return the same test with all moduli of the stalk multiplied by a factor."""
     stalk = test.stalk
     layers = tuple(
         dataclasses.replace(layer, material=layer.material.scaled(factor)) for layer in stalk.layers

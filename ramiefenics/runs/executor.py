@@ -1,4 +1,4 @@
-"""Many tasks on any executor; what is done is kept, and never done again."""
+"""Many tasks on any executor; finished ones are kept and never done again."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from ramiefenics.runs.store import Store
 log = logging.getLogger(__name__)
 
 _ONE_AT_A_TIME = threading.Lock()
-"""Gmsh has one state per process, whatever the number of a worker's threads."""
+"""Lock for computing, as Gmsh has one state per process, however many threads a worker has."""
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
 class Task(Protocol[T_co]):
-    """Something to compute; can be sent to another process."""
+    """Computation that can be sent to another process."""
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names under which it is kept, its own one first (see `key_of`)."""
+        """Return the names under which its result is kept, its own first (see `key_of`)."""
 
     def compute(self) -> str:
-        """Return the text to keep."""
+        """Carry out the computation; return the text to keep."""
 
     def read(self, text: str) -> T_co:
-        """Return what a text tells."""
+        """Return the result that a kept text describes."""
 
 
 @dataclass(frozen=True)
 class Done(Generic[T]):
-    """What came of a task.
+    """Outcome of a task.
 
     Attributes
     ----------
     value
-        None if it failed.
+        Result of the task; None if it failed.
     error
-        Why; None if it did not.
+        Why it failed; None if it did not.
     """
 
     value: T | None
@@ -65,23 +65,24 @@ class Done(Generic[T]):
 
 
 class Runs:
-    """Does tasks that have not been done before; equal ones once.
+    """Executes tasks that have not been done before; equal ones only once.
 
     Parameters
     ----------
     folder
-        Where results are kept, `RUNS` by default; by workers elsewhere too, if they see it.
+        Folder in which results are kept, `RUNS` by default. Workers on other machines use it, too,
+        if they can see it.
     executor
-        Does the work, each task on one process: see `workers`, `dask_workers` and `mpi_ranks`. By
-        default as many local processes as there are cores.
+        Executor that does the work, each task on one process; see `workers`, `dask_workers` and
+        `mpi_ranks`. By default there are as many local processes as cores.
     on_done
-        Called with the number of distinct tasks done since the last call. By default a bar in the
-        output of a notebook's cell, and nothing elsewhere.
+        Called with the number of distinct tasks done since the last call. By default there is a
+        progress bar in the output of a notebook's cell, and nothing elsewhere.
 
     Attributes
     ----------
     asked, computed
-        Tasks so far; those of them that had not been done before.
+        Number of tasks so far; number of distinct tasks among them that had not been done before.
     """
 
     def __init__(
@@ -96,12 +97,12 @@ class Runs:
         self.asked = self.computed = 0
 
     def map(self, tasks: Sequence[Task[T]]) -> list[Done[T]]:
-        """Do tasks; return what came of them, in their order.
+        """Execute tasks; return their outcomes, in their order.
 
         Raises
         ------
         KeyboardInterrupt
-            If the user has interrupted it; finished tasks are kept.
+            If the user interrupts it; finished tasks are kept.
         BrokenExecutor
             If a worker died, or has another version of this code; finished tasks are kept.
         """
@@ -133,7 +134,7 @@ class Runs:
                     name, error = futures[future], _error_of(future)
                     if error is None:
                         found[name] = text = future.result()
-                        if not store.has(name):  # made where that folder is not seen
+                        if not store.has(name):  # done where that folder is not visible
                             store.put(tasks[name].keys(), text)
                     elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
                         log.info("failed: %s", error)
@@ -155,9 +156,10 @@ class Runs:
 
 
 def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Done[T]]:
-    """Return what came of tasks: the same for equal ones.
+    """Return the outcomes of tasks, one and the same for equal tasks.
 
-    Others may read the same text differently, as stalks in proportion do of which one is simulated.
+    Tasks that are not equal may read the same text differently: of stalks whose moduli are in
+    proportion, only one is simulated.
     """
     done: list[Done[T]] = []
     known: dict[int, list[tuple[Task[T], Done[T]]]] = {}
@@ -172,30 +174,30 @@ def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Do
 
 
 def _error_of(future: Future[str]) -> BaseException | None:
-    """Return why there is no result; a `BrokenExecutor` where that is not the task's fault."""
+    """Return why there is no result; a `BrokenExecutor` if the task is not at fault."""
     try:
         error = future.exception()
     except CancelledError:
         return BrokenExecutor("the connection to the workers is lost")
-    if type(error).__module__.startswith("distributed"):  # as where a task's workers all died
+    if type(error).__module__.startswith("distributed"):  # such as when all workers of a task died
         return BrokenExecutor(f"Dask gave up: {error}")
     return error
 
 
 def compute(task: Task[object], folder: Path | None = None, name: str = "") -> str:
-    """Do a task in this process, unless it has been done before; keep and return the text.
+    """Execute a task in this process, unless it was done before; keep and return the text.
 
     Parameters
     ----------
     task, folder
-        What to do, and where it is kept.
+        Task, and folder in which its text is kept.
     name
-        Under which, if another process asks for it.
+        Name under which the process that asks expects the text, if that is another process.
 
     Raises
     ------
     BrokenExecutor
-        If the name is another here, as under another version of this code or of dolfinx.
+        If the name is different here, as with another version of this code or of dolfinx.
     """
     store, names = Store(folder), task.keys()
     if name not in ("", names[0]):
@@ -213,15 +215,15 @@ def compute(task: Task[object], folder: Path | None = None, name: str = "") -> s
 
 @contextmanager
 def workers(executor: Executor | None = None, number: int | None = None) -> Iterator[Executor]:
-    """Lend an executor: the given one, or so many local processes, by default as there are cores.
+    """Provide the given executor or else local processes, by default as many as there are cores.
 
-    The local ones start when there is work, and end with the block, at once where it fails. They
-    write to standard error what this process is set to log by `LOG`'s own level.
+    The local processes start when there is work, and end with the block, immediately if it fails.
+    They write log messages to standard error from the level that is set on `LOG` in this process.
     """
     if executor is not None:
         yield executor
         return
-    # a worker that has met larger meshes keeps their memory; loky restarts it, which is no news
+    # a worker keeps the memory that larger meshes took, and loky restarts it: no cause to warn
     warnings.filterwarnings("ignore", "A worker was restarted", UserWarning)
     pool = ProcessPoolExecutor(
         max_workers=number or len(os.sched_getaffinity(0)),

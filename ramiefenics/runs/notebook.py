@@ -1,4 +1,4 @@
-"""How far simulations are, in the output of a notebook's cell."""
+"""Progress of simulations in the output of a notebook's cell."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 EVERY_S = 0.3
-"""Between two pictures."""
+"""Least time between two updates of the display."""
 
 
 def in_notebook() -> bool:
@@ -18,7 +18,7 @@ def in_notebook() -> bool:
 
 
 class NotebookProgress:
-    """A bar of simulations done and to do; nothing until there is one to do."""
+    """Progress bar of simulations, which appears when there is one to do."""
 
     def __init__(self) -> None:
         self._handle: Any = None
@@ -26,7 +26,7 @@ class NotebookProgress:
         self._began = self._shown = 0.0
 
     def expect(self, number: int) -> None:
-        """Tell of simulations to do."""
+        """Add to the number of simulations to do."""
         if number == 0:
             return
         if self._handle is None:
@@ -38,7 +38,7 @@ class NotebookProgress:
         self._show()
 
     def advance(self, number: int) -> None:
-        """Tell of simulations done."""
+        """Add to the number of simulations done."""
         self._done += number
         now = time.monotonic()
         if self._done == self._expected or now > self._shown + EVERY_S:

@@ -1,4 +1,4 @@
-"""Bending runs that are taken up again where they were interrupted."""
+"""Bending runs that are resumed where they were interrupted."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from ramiefenics.specification import BendingTest
 log = logging.getLogger(__name__)
 
 BENDS = CACHE.parent / "bends"
-"""Where the solutions of runs are kept."""
+"""Folder in which the solutions of runs are kept."""
 
 ROOM_BYTES = 1_000_000_000
-"""Room for runs; the oldest go when there are more."""
+"""Disk space for runs; beyond it the oldest are removed."""
 
 
 @contextmanager
 def solutions_of(test: BendingTest, comm: MPI.Comm | None = None) -> Iterator[Solutions | None]:
-    """Open the solutions of a run, done before in part, wholly, or not at all; collective.
+    """Open the stored solutions of a run, which may be all, some or none; collective.
 
     Parameters
     ----------
     test
-        What is simulated.
+        Test to simulate.
     comm
         MPI communicator of the run; the world by default.
 
     Returns
     -------
     Solutions
-        None where another process has them open, or the file system refuses.
+        Solutions of the run; None if another process has them open or the file system refuses.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     path = BENDS / f"{Simulation(test, comm.size).keys()[0]}-{comm.rank}"
@@ -68,7 +68,7 @@ def solutions_of(test: BendingTest, comm: MPI.Comm | None = None) -> Iterator[So
 
 
 def _make_room(newest: Path) -> None:
-    """Remove the oldest files until the others fit."""
+    """Remove the oldest files of other runs until the rest of them fit."""
     run, room = newest.name.rpartition("-")[0], ROOM_BYTES
     others = [path for path in BENDS.iterdir() if path.name.rpartition("-")[0] != run]
     for path in sorted(others, key=lambda path: -path.stat().st_mtime):

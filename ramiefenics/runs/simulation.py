@@ -1,4 +1,4 @@
-"""Whole simulations, as tasks and on all ranks together."""
+"""Whole simulations, as tasks or on all ranks together."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ramiefenics.specification.files import to_dict
 
 @dataclass(frozen=True)
 class KeptRun:
-    """A simulation, done now or before.
+    """Result of a simulation that was done now or before.
 
     Attributes
     ----------
     result
-        Without snapshots.
+        Result without snapshots.
     cpu_s
-        Processor time of all ranks.
+        Processor time, summed over all ranks.
     """
 
     result: BendingResult
@@ -41,21 +41,21 @@ class KeptRun:
 
 @dataclass(frozen=True)
 class Simulation:
-    """The task to simulate a test.
+    """Task that simulates a test.
 
     Attributes
     ----------
     test
-        What to simulate.
+        Test to simulate.
     ranks
-        On how many MPI ranks; as a task of `Runs`, on one.
+        Number of MPI ranks; one for a task of `Runs`.
     """
 
     test: BendingTest
     ranks: int = 1
 
     def keys(self) -> tuple[str, ...]:
-        """Return the name under which it is kept, whatever its files are called."""
+        """Return the name under which it is kept, which does not depend on the names of files."""
         mesh = dataclasses.replace(self.test.numerics.mesh, name="")
         numerics = dataclasses.replace(self.test.numerics, mesh=mesh)
         content = to_dict(dataclasses.replace(self.test.alone, numerics=numerics))
@@ -68,7 +68,7 @@ class Simulation:
             return _compute(self.test, MPI.COMM_SELF)
 
     def read(self, text: str) -> KeptRun:
-        """Return what a text tells."""
+        """Return the result that a kept text describes."""
         content = json.loads(text)
         result = BendingResult(
             self.test.alone,
@@ -82,14 +82,14 @@ class Simulation:
 
 
 class SharedRuns:
-    """Simulates one test after the other on all ranks together, unless it has been done before.
+    """Simulates tests one after another on all ranks together, unless they were done before.
 
     Parameters
     ----------
     comm
         MPI communicator, all of whose ranks call; the world by default.
     folder
-        Where results are kept, `RUNS` by default.
+        Folder in which results are kept, `RUNS` by default.
     """
 
     def __init__(self, comm: MPI.Comm | None = None, folder: Path | None = None) -> None:
@@ -110,7 +110,7 @@ class SharedRuns:
         SpecificationError
             If the law cannot take a layer's constants.
         KeyboardInterrupt
-            If the user has interrupted it; nothing is kept of it.
+            If the user interrupts the simulation; nothing of it is kept.
         """
         task = Simulation(test, self.comm.size)
         text = self._text(task)
@@ -121,7 +121,7 @@ class SharedRuns:
         return task.read(text)
 
     def _text(self, task: Simulation) -> str | None:
-        """Return what is kept of a task; collective."""
+        """Return the kept text of a task, or None if there is none; collective."""
         text = self._store.get(task.keys()[0]) if self.comm.rank == 0 else None
         return self.comm.bcast(text)
 

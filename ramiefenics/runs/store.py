@@ -1,4 +1,4 @@
-"""Results kept in files by the content of what was asked: nothing is computed twice."""
+"""Results kept in files by the content of the request, so that nothing is computed twice."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from ramiefenics.model.jit import CACHE
 from ramiefenics.solve.provenance import libraries, source
 
 RUNS = CACHE.parent / "runs"
-"""Where results are kept, if nothing else is said."""
+"""Folder in which results are kept by default."""
 
 
 class Store:
-    """Texts by key; what is not as it was put there counts as never put.
+    """Texts by key; a damaged text counts as missing.
 
-    The first line of a file is a checksum of key and text. A file that does not match it is
-    removed, which is told once per process, so that its content is computed again.
+    The first line of a file is a checksum of key and text. A file that does not match it is removed
+    with a warning, once per process, so that its content is computed again.
 
     Parameters
     ----------
     folder
-        Of the files, `RUNS` by default.
+        Folder of the files, `RUNS` by default.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = RUNS if folder is None else folder
 
     def has(self, key: str) -> bool:
-        """Return whether there is a text of a key, to be trusted or not."""
+        """Return whether there is a text for a key, damaged or not."""
         return self._path(key).exists()
 
     def get(self, key: str) -> str | None:
-        """Return the text of a key; None if there is none, or none that can be trusted."""
+        """Return the text for a key; None if there is none, or if it is damaged."""
         path = self._path(key)
         try:
             content = path.read_bytes()
@@ -57,7 +57,7 @@ class Store:
         return None
 
     def put(self, keys: Iterable[str], text: str) -> None:
-        """Keep a text; tell, once per process, if the file system does not let it."""
+        """Keep a text under each key; warn, once per process, if the file system refuses."""
         for key in keys:
             self._put(key, text.encode("utf-8"))
 
@@ -70,7 +70,7 @@ class Store:
                 file.write(_checksum(key, content) + b"\n" + content)
                 file.flush()
                 os.fsync(file.fileno())
-            partial.replace(path)  # never half a file under that name
+            partial.replace(path)  # so that this name never has half a file
         except OSError as error:
             _tell_once(f"results cannot be kept in {self._folder}: {error.strerror}")
             with suppress(OSError):
@@ -85,30 +85,31 @@ def _checksum(key: str, text: bytes) -> bytes:
     return hashlib.sha256(key.encode() + b"\n" + text).hexdigest().encode()
 
 
-@functools.cache  # once per process, whatever the filters of warnings are
+@functools.cache  # once per process, whatever the warning filters are
 def _tell_once(message: str) -> None:
     warnings.warn(message, stacklevel=3)
 
 
 def key_of(content: Any, *modules: str) -> str:
-    """Return a name for what comes out, by all that it depends on.
+    """Return a key for a result, made from all that the result depends on.
 
     Parameters
     ----------
     content
-        Nested, as JSON knows it: the specification, and what else is asked for.
+        Nested content in the types of JSON: the specification, and what else is asked for.
     modules
-        Files of modules other than the solver's that what is kept depends on.
+        Files of modules, besides the solver's, that the result depends on.
     """
     text = json.dumps([_rounded(content), source(*modules), libraries()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 def _rounded(value: Any) -> Any:
-    """Return nested content with numbers to twelve digits.
+    """Return nested content with numbers rounded to twelve digits.
 
-    A specification that is reached by another order of multiplications differs in the sixteenth;
-    in the twelfth no result feels a difference, since Newton's tolerance is far coarser.
+    Specifications that are reached by multiplications in a different order differ in the sixteenth
+    digit. A difference in the twelfth has no effect on any result, as Newton's tolerance is far
+    coarser.
     """
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}

@@ -1,1 +1,1 @@
-"""From a model to its answer: Newton, stepping, the simulation."""
+"""Solution of the model: Newton's method, stepping and simulations."""

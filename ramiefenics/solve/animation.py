@@ -1,4 +1,4 @@
-"""The bend as a film, beside its force curve."""
+"""Animation of a bending test beside its force curve."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import SpecificationError
 
 HEIGHT = 4.5
-"""Of a frame, in hundreds of pixels."""
+"""Height of a frame, in hundreds of pixels."""
 
 
 def animate(result: BendingResult, path: str | Path, seconds: float = 5.0) -> Path:
-    """Write an animation of the saved states; colours mean the same in all of them.
+    """Write an animation of the saved states, all with the same colour scale.
 
     Parameters
     ----------
     result
-        With fields, see `Protocol.save_every_mm`.
+        Simulation with saved states, see `Protocol.save_every_mm`.
     path
-        A file that ends in .gif, or in .mp4, which needs the package imageio[ffmpeg].
+        File to write, which ends in .gif, or in .mp4, which needs the package imageio[ffmpeg].
     seconds
-        How long it takes.
+        Duration; a GIF shows the last state for another second.
 
     Raises
     ------
     SpecificationError
-        If the name ends otherwise, or no state was saved.
+        If the name ends otherwise, the package is missing, or no state was saved.
     """
     path = Path(path)
     if path.suffix not in (".gif", ".mp4"):
@@ -47,11 +47,11 @@ def animate(result: BendingResult, path: str | Path, seconds: float = 5.0) -> Pa
     if path.suffix == ".mp4":
         _write_film(path, frames, seconds)
         return path
-    # colours of all frames from the last, which has most
+    # one palette for all frames: that of the last frame, which has the most colours
     palette = Image.fromarray(frames[-1]).quantize(255)
     images = [Image.fromarray(frame).quantize(palette=palette) for frame in frames]
     each = int(1000.0 * seconds / len(frames))
-    durations = [each] * (len(frames) - 1) + [each + 1000]  # it stays at the end
+    durations = [each] * (len(frames) - 1) + [each + 1000]  # the last state stays
     images[0].save(path, save_all=True, append_images=images[1:], duration=durations, loop=0)
     return path
 

@@ -1,18 +1,18 @@
-"""Central differences: a structure with lumped mass, moved on by its own forces.
+"""Central differences: motion of a structure with lumped mass under its own forces.
 
     M (v+ - v-) / dt = -R(u + b dt v-),        u+ = u + dt v+
 
 with velocities half-way between the displacements (Belytschko, Liu and Moran 2000, section 6.2).
-The forces are those of where the structure will be after ``b dt``: for a linear one this adds a
-viscosity ``C = b dt K``, which damps a mode of frequency w by the share ``b w dt / 2`` of its
-critical damping, at no cost. With ``a = (w dt)^2`` the amplitudes obey ``x+ = (2 - a - a b) x -
-(1 - a b) x-``, which stays bounded while ``a (1 + 2 b) <= 4``: the longest stable step is
-``2 / (w sqrt(1 + 2 b))`` for the highest w, Courant's for ``b = 0``.
+The forces are those at the position that the structure will reach after ``b dt``. In a linear
+structure this adds a viscosity ``C = b dt K``, which damps a mode of frequency w by the share
+``b w dt / 2`` of its critical damping, at no cost. With ``a = (w dt)^2`` the amplitudes obey ``x+ =
+(2 - a - a b) x - (1 - a b) x-``, which stays bounded while ``a (1 + 2 b) <= 4``: the longest stable
+step is ``2 / (w sqrt(1 + 2 b))`` for the highest w, and Courant's for ``b = 0``.
 
-Slow vibrations are left by that to go on. A drag ``a M (v - w)`` on what the velocity differs by
-from its mean w over the time T past, ``w' = (v - w) / T``, damps those that are faster than T and
-does not feel a slower motion (selective frequency damping: Akervik and others 2006, Physics of
-Fluids 18, 068102).
+This hardly damps slow vibrations. They are damped instead by a drag ``c M (v - m)`` on the
+difference between the velocity and its mean m over the past time T, ``m' = (v - m) / T``. The drag
+acts on vibrations that are faster than T, and hardly on slower motion (selective frequency damping:
+Akervik and others 2006, Physics of Fluids 18, 068102).
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from numpy.typing import NDArray
 from ramiefenics.solve.tangent import DIFFERENCE_MM
 
 LEAST_ITERATIONS, MOST_ITERATIONS = 12, 60
-"""Products with the tangent in one estimate of the highest frequency. The least number lets a
-mode that was not the highest before come up."""
+"""Least and greatest number of products with the tangent in one estimate of the highest frequency.
+The least number lets a mode emerge that was not the highest before."""
 
 RITZ_TOLERANCE = 0.02
-"""Residual of the highest eigenvalue, w^2, over itself; it is added to what is found."""
+"""Tolerance on the residual of the highest eigenvalue, w^2, relative to that value. The estimate is
+the sum of value and residual."""
 
 Array = NDArray[np.float64]
 
@@ -44,31 +45,31 @@ class CentralDifferences:
     Parameters
     ----------
     u
-        Displacement, mm; moved in place. Held components stay as they are.
+        Displacement, mm; updated in place. Held components stay as they are.
     mass
-        Lumped, tonne, shape (n,): one entry per component that this rank owns.
+        Lumped mass, tonne, shape (n,): one entry per component that this rank owns.
     bcs
         Dirichlet conditions; their components are held.
     residual
-        Returns the residual at the current displacement, N, shape (n,). An array of its own, or
-        one that the next call overwrites.
+        Function that returns the residual at the current displacement, N, shape (n,). The next call
+        may overwrite the array.
     viscosity
-        The b above.
+        Viscosity b of the module's description.
     drag_per_s, smoothing_s
-        The a and T above.
+        Drag c and averaging time T of the module's description.
 
     Attributes
     ----------
     velocity
-        Before the next step, mm/s, shape (n,); may be set before the first one.
+        Velocity before the next step, mm/s, shape (n,); may be set before the first one.
     time_s
         Time at the current displacement.
     kinetic_energy_Nmm
-        At the beginning of the last step.
+        Kinetic energy at the beginning of the last step.
     damping_work_Nmm
-        Taken by viscosity and drag so far.
+        Energy dissipated by viscosity and drag so far.
     evaluations
-        Calls of the residual so far.
+        Number of evaluations of the residual so far.
     """
 
     def __init__(
@@ -93,19 +94,19 @@ class CentralDifferences:
         self._smooth: Array = np.zeros_like(mass)
         self.time_s = self.kinetic_energy_Nmm = self.damping_work_Nmm = 0.0
         self.evaluations = 0
-        self._last_step_s = 0.0  # the first velocity is that at the time of the displacement
+        self._last_step_s = 0.0  # the initial velocity is at the time of the displacement
         self._forces: Array | None = None
         self._ritz = np.random.default_rng(self._comm.rank).standard_normal(len(mass))
 
     def step(self, length_s: float, drive: Callable[[float], None] | None = None) -> None:
-        """Move on.
+        """Take one time step.
 
         Parameters
         ----------
         length_s
-            Time step.
+            Length of the time step.
         drive
-            Brings what acts on the structure to a time, s; called once, at non-decreasing times.
+            Sets what acts on the structure to a time, s; called once, at non-decreasing times.
         """
         ahead = self.viscosity * length_s
         if drive is not None:
@@ -116,7 +117,7 @@ class CentralDifferences:
         self._u.x.array[:] = here
         before = self.velocity
         span = (self._last_step_s + length_s) / 2.0
-        half = span * self._drag / 2.0  # the drag is that of the velocity half-way
+        half = span * self._drag / 2.0  # drag acts on the velocity at mid-step
         pushed = span * (self._drag * self._smooth - self._inverse_mass * forces)
         self.velocity = np.asarray(((1.0 - half) * before + pushed) / (1.0 + half))
         middle = (before + self.velocity) / 2.0
@@ -133,17 +134,17 @@ class CentralDifferences:
         self._last_step_s = length_s
 
     def longest_step(self) -> float:
-        """Return the longest stable step, s, by the highest frequency about the current state."""
+        """Return the longest stable step, s, from the highest frequency at the current state."""
         frequency = self.highest_frequency()
         return 2.0 / (frequency * math.sqrt(1.0 + 2.0 * self.viscosity))
 
     def highest_frequency(self) -> float:
-        """Estimate the highest angular frequency about the current state, 1/s.
+        """Estimate the highest angular frequency at the current state, 1/s.
 
-        By Arnoldi's method (1951), for contact's tangent is not symmetric, from where the last
-        estimate ended. The tangent is a difference quotient of the residual. To the largest Ritz
-        value its residual is added, a bound on the distance to the next eigenvalue of a symmetric
-        matrix (Parlett 1998, theorem 4.5.1).
+        The method is Arnoldi's (1951), as the tangent of contact is not symmetric. It starts from
+        the result of the last estimate, and applies the tangent as a difference quotient of the
+        residual. The residual of the largest Ritz value is added to that value; in a symmetric
+        matrix it bounds the distance to the nearest eigenvalue (Parlett 1998, theorem 4.5.1).
         """
         scale = np.sqrt(self._inverse_mass)
         here, forces = self._u.x.array.copy(), self._evaluate()
@@ -152,7 +153,7 @@ class CentralDifferences:
         basis[0] = self._start(scale)
         for k in range(MOST_ITERATIONS):
             product = scale * self._tangent(scale * basis[k], here, forces)
-            for _ in range(2):  # once more against rounding
+            for _ in range(2):  # twice, to remove rounding errors
                 share = self._sums(basis[: k + 1] @ product)
                 projected[: k + 1, k] += share
                 product -= share @ basis[: k + 1]
@@ -169,7 +170,7 @@ class CentralDifferences:
         return math.sqrt(value + error)
 
     def _start(self, scale: Array) -> Array:
-        """Return the last Ritz vector with half as much noise, in which all modes are."""
+        """Return the last Ritz vector plus half as much noise, which contains all modes."""
         seed = (self.evaluations, self._comm.rank)
         noise = np.random.default_rng(seed).standard_normal(len(scale)) * (scale > 0.0)
         last = self._ritz * (scale > 0.0)
@@ -186,7 +187,7 @@ class CentralDifferences:
         return (self._evaluate() - forces) / step
 
     def _move(self, duration_s: float) -> None:
-        """Move on with the current velocity."""
+        """Advance the displacement with the current velocity."""
         if duration_s:
             self._u.x.array[: len(self.velocity)] += duration_s * self.velocity
             self._u.x.scatter_forward()

@@ -1,4 +1,4 @@
-"""What the stepper needs to know of a structure that a prescribed displacement drives."""
+"""Interface between the stepper and a structure with a prescribed displacement."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class Driven(Protocol):
     Attributes
     ----------
     displacement
-        The unknown.
+        Unknown displacement.
     equations
-        Residual and derivative; Dirichlet conditions are zero.
+        Residual and its derivative; Dirichlet conditions are homogeneous.
     mass
-        Compiled form of the consistent mass, bilinear, tonne.
+        Compiled bilinear form of the consistent mass, tonne.
     factor
-        From the modelled part to the whole structure.
+        Factor from the modelled part to the whole structure.
     """
 
     equations: Equations
@@ -32,32 +32,41 @@ class Driven(Protocol):
     def displacement(self) -> fem.Function: ...  # noqa: D102
 
     def place(self, travel: float, duration_s: float) -> None:
-        """Drive on from the last accepted position by mm in s; may be called again."""
+        """Move the drive on from its last accepted position; may be called again.
+
+        Parameters
+        ----------
+        travel
+            Travel in this step, mm.
+        duration_s
+            Time that it takes.
+        """
 
     def first_guess(self, travel: float) -> None:
         """Set the displacement from which the first step is solved."""
 
     def stored_energy(self) -> float:
-        """Return what this rank's cells store, N mm."""
+        """Return the energy stored in this rank's cells, N mm."""
 
     def remember(self) -> None:
-        """Let friction and material remember the current state, on the way to an accepted one."""
+        """Let friction and material store the current state, on the way to an accepted one."""
 
     def accept(self) -> None:
         """Make the current state the last accepted one."""
 
 
 class Observed(Protocol):
-    """What is measured of a state of the whole structure; there may be more.
+    """Observables of the whole structure in one state; a class may have more of them.
 
     Attributes
     ----------
     force_N
-        The force that drives it.
+        Driving force.
     stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
-        Energy stored; work done against friction so far; energy dissipated by the material so far.
+        Energy stored; energy dissipated by friction so far; energy dissipated by the material so
+        far.
     misses_contact
-        Whether the drive is inside the structure, which a shorter step may prevent.
+        Whether the drive has entered the structure, which a shorter step may prevent.
     """
 
     @property
@@ -76,7 +85,7 @@ class Observed(Protocol):
     def misses_contact(self) -> bool: ...  # noqa: D102
 
     def missed_contact(self) -> str:
-        """Return what is wrong if it is."""
+        """Return what is wrong if contact is missed."""
 
     def physical_end(self) -> str | None:
-        """Return why the model says nothing about what follows, if so."""
+        """Return why the model cannot describe what follows; None if it can."""

@@ -1,7 +1,8 @@
-"""The bending test with inertia, in explicit time steps: a check of the quasi-static answer.
+"""Bending test with inertia in explicit time steps, as a check of the quasi-static result.
 
-The indenter's velocity rises by the smooth step ``10 x^3 - 15 x^4 + 6 x^5`` and stays constant; so
-many steps are needed that its travel in one of them is far below any length of the problem.
+The indenter's velocity rises by the smooth step ``10 x^3 - 15 x^4 + 6 x^5`` and then stays
+constant. So many steps are needed that its travel in one of them is far below any length of the
+problem.
 """
 
 from __future__ import annotations
@@ -37,22 +38,23 @@ from ramiefenics.specification.sources import Source, as_test
 log = logging.getLogger(__name__)
 
 INTERVAL_MM = 0.1
-"""Travel between the points of the curve. There the longest stable step and the stabilisation of
-contact are renewed."""
+"""Travel between the points of the curve, at which the longest stable step and the stabilisation of
+contact are updated."""
 
 SMOOTHING = 0.05
-"""Share of the test over which the velocity's mean is taken, from which drag counts."""
+"""Share of the test over which the velocity is averaged; drag acts on deviations from the mean."""
 
 SAMPLED_STEPS = 20
-"""The user is heard once in so many steps."""
+"""Number of steps between two checks for an interrupt by the user."""
 
 START_ENERGY_ERROR = 0.5
-"""Share of the energy that may appear or vanish at the start, where contact hides some of what
-little there is in the gaps that it leaves; an instability soon makes more than there was."""
+"""Share of the energy that may appear or vanish at the start. There is little energy then, and
+contact stores part of it, uncounted, in the gaps that it leaves. An instability soon produces more
+energy than there was."""
 
 
 ROUNDING_NMM = 1e-9
-"""Energy that the rounding of a stalk's stress at rest may make, before anything touches it."""
+"""Energy that may result from rounding of a stalk's stress at rest, before anything touches it."""
 
 
 class SmoothStart:
@@ -61,14 +63,14 @@ class SmoothStart:
     Parameters
     ----------
     travel_mm, duration_s
-        Of the whole test.
+        Travel and duration of the whole test.
     ramp
         Share of the duration in which the velocity rises.
 
     Attributes
     ----------
     speed_mm_per_s
-        Velocity after that.
+        Velocity after the rise.
     """
 
     def __init__(self, travel_mm: float, duration_s: float, ramp: float) -> None:
@@ -76,7 +78,7 @@ class SmoothStart:
         self.speed_mm_per_s = travel_mm / (duration_s - self._ramp_s / 2.0)
 
     def travel(self, time_s: float) -> float:
-        """Return the travel at a time, mm: the integral of the smooth step, then a line."""
+        """Return the travel at a time, mm: the integral of the smooth step, then linear."""
         x = min(time_s / self._ramp_s, 1.0)
         rising = self._ramp_s * x**4 * (2.5 - 3.0 * x + x**2)
         return self.speed_mm_per_s * (rising + max(time_s - self._ramp_s, 0.0))
@@ -88,18 +90,18 @@ class ExplicitTest:
     Parameters
     ----------
     problem
-        What moves, at rest.
+        The problem, at rest.
 
     Attributes
     ----------
     mass
-        Lumped and scaled, tonne, as `CentralDifferences` wants it.
+        Lumped and scaled mass, tonne, as `CentralDifferences` takes it.
     motion, drive
-        How the stalk moves, and the indenter.
+        Motion of the stalk, and of the indenter.
     steps, time_steps_s
-        Number of steps so far, and their lengths from point to point.
+        Number of steps so far, and their lengths between successive points of the curve.
     ending
-        Why the test ended, once it has.
+        Why the test ended; None until then.
     """
 
     def __init__(self, problem: BendingProblem) -> None:
@@ -127,14 +129,15 @@ class ExplicitTest:
             SMOOTHING * settings.duration_s,
         )
         self.drive = SmoothStart(self._protocol.travel_mm, settings.duration_s, settings.ramp)
-        self._pushed_mm = self._push_mm = 0.0  # until now, and in this step
+        self._pushed_mm = self._push_mm = 0.0  # total so far, and in this step
         self._pushed_s = 0.0
-        # of what moves and of what does not: last evaluated, at the last step, over the travel
+        # forces of the moving and of the fixed cylinders: as last evaluated, at the last step, and
+        # integrated over the travel
         self._evaluated_N: Array = np.zeros(2)
         self._forces_N: Array = np.zeros(2)
         self._integrals_Nmm: Array = np.zeros(2)
         self._stored_Nmm = self._stored_energy()  # at rest
-        self._energy_Nmm = 0.0  # the largest so far, to which errors refer
+        self._energy_Nmm = 0.0  # largest so far, to which errors refer
         self.steps = 0
         self.time_steps_s: list[float] = []
         self.ending: Ending | None = None
@@ -155,10 +158,10 @@ class ExplicitTest:
                 return
 
     def _advance(self, target: float, length: float, request: StopRequest) -> bool:
-        """Take steps until a travel is reached; return whether the user wants to stop."""
+        """Take steps until a travel is reached; return whether the user asked to stop."""
         while self.drive.travel(self.motion.time_s) < target:
             left = self._settings.duration_s - self.motion.time_s
-            with np.errstate(all="ignore"):  # a run that explodes is found out by its energy
+            with np.errstate(all="ignore"):  # an unstable run is detected by its energy
                 self.motion.step(min(length, left), self._push)
                 self._sum_up()
             if self.steps % SAMPLED_STEPS == 0 and request.agreed():
@@ -166,7 +169,7 @@ class ExplicitTest:
         return False
 
     def _push(self, time_s: float) -> None:
-        """Move the indenter to where it is at a time."""
+        """Move the indenter to its position at a given time."""
         self._push_mm = self.drive.travel(time_s) - self._pushed_mm
         self._pushed_mm += self._push_mm
         self._problem.remember()
@@ -174,7 +177,7 @@ class ExplicitTest:
         self._pushed_s = time_s
 
     def _residual(self) -> Array:
-        """Evaluate the residual; on the way, what this rank has of the cylinders' forces."""
+        """Evaluate the residual and, on the way, this rank's part of the cylinders' forces."""
         self._total.array[:] = 0.0
         self._contact.add_forces(self._total.array)
         vertical = self._total.array.reshape(-1, 3)[:, 1]
@@ -189,7 +192,7 @@ class ExplicitTest:
         return self._total.array[: len(self.mass)]
 
     def _sum_up(self) -> None:
-        """Add the last step's work; forces are those of the residual that was evaluated last."""
+        """Add the work of the last step; its forces are those of the last residual evaluated."""
         self.steps += 1
         before, self._forces_N = self._forces_N, self._evaluated_N
         mean = (before + self._forces_N) / 2.0
@@ -202,7 +205,7 @@ class ExplicitTest:
     def _measure(self, time_step_s: float) -> Point:
         comm, factor = self._problem.tube.mesh.comm, self._problem.factor
         measured, travel = self._observer.observe(), self.drive.travel(self.motion.time_s)
-        rest = self._forces_N * (travel - self._pushed_mm)  # of the last step
+        rest = self._forces_N * (travel - self._pushed_mm)  # since the last push
         work, supports = comm.allreduce(self._integrals_Nmm + rest, op=MPI.SUM)
         kinetic = factor * self.motion.kinetic_energy_Nmm
         damping = factor * self.motion.damping_work_Nmm
@@ -249,10 +252,10 @@ def simulate_explicitly(
     tube: TubeMesh | None = None,
     **changes: Any,
 ) -> ExplicitResult:
-    """Bend a stalk with inertia, by ``numerics.explicit``.
+    """Simulate the bending of a stalk with inertia, with the settings in ``numerics.explicit``.
 
-    The first Ctrl-C ends the run, and the result holds everything up to there. The search for lost
-    ellipticity is left to `simulate`.
+    The first Ctrl-C ends the run, and the result holds everything up to there. Only `simulate`
+    searches for a loss of ellipticity.
 
     Parameters
     ----------
@@ -263,15 +266,15 @@ def simulate_explicitly(
     on_point
         Called at every point of the curve, on all ranks.
     tube
-        A mesh of the stalk to use in place of the recipe's.
+        Mesh of the stalk to use in place of the recipe's.
     changes
-        Of the specification, see `as_test`.
+        Changes to the specification, see `as_test`.
 
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants, the path has more than a loading, or the bond
-        of the layers is not perfect.
+        If the law cannot take a layer's constants, the path is more than a single loading, or the
+        bond of the layers is not perfect.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     test = as_test(test, **changes).alone
@@ -294,7 +297,7 @@ def simulate_explicitly(
             log.info("%.6f s, %.4f mm: %.4f N", point.time_s, point.travel_mm, force)
             if on_point is not None:
                 on_point(point)
-    assert moving.ending is not None  # or the points would go on
+    assert moving.ending is not None  # otherwise the points would go on
     cells = problem.tube.mesh.topology.index_map(problem.tube.mesh.topology.dim)
     tonnes = problem.factor * float(comm.allreduce(moving.mass.sum(), op=MPI.SUM)) / 3.0
     mass_g = 1e6 * tonnes

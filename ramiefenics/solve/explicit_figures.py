@@ -18,11 +18,11 @@ ENERGIES = {
     "dissipated_Nmm": ("dissipated by the material", PURPLE, "-"),
 }
 SHOWN = 1e-5
-"""Smallest energy that is drawn, over the largest."""
+"""Smallest energy that is drawn, relative to the largest."""
 
 
 def explicit_figure(result: ExplicitResult) -> Figure:
-    """Draw force and energies against travel; the quasi-static force over the force."""
+    """Draw force and energies against travel, with the quasi-static force for comparison."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10.0, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -51,10 +51,10 @@ def _draw_forces(axes: Axes, result: ExplicitResult) -> None:
 
 
 def _draw_energies(axes: Axes, result: ExplicitResult) -> None:
-    curve = result.curve.iloc[1:]  # at rest there is none
+    curve = result.curve.iloc[1:]  # there is no energy at rest
     travel, stored = curve["displacement_mm"], curve["stored_energy_Nmm"]
     for name, (label, colour, line) in ENERGIES.items():
-        if name != "dissipated_Nmm" or curve[name].any():  # most laws are elastic
+        if name != "dissipated_Nmm" or curve[name].any():  # zero in elastic laws
             axes.plot(travel, curve[name], color=colour, ls=line, lw=1.5, label=label)
     limit = QUASI_STATIC * stored
     label = f"{100 * QUASI_STATIC:g} % of the stored energy"

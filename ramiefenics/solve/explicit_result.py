@@ -1,4 +1,4 @@
-"""What a simulation with inertia gives back."""
+"""Result of a simulation with inertia."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
 
 START = 0.1
-"""Share of the travel after which energies are judged; before it hardly any is stored."""
+"""Share of the travel after which energies are judged; hardly any energy is stored before."""
 
 QUASI_STATIC = 0.05
-"""Kinetic over stored energy up to which a test counts as quasi-static, by common practice."""
+"""Ratio of kinetic to stored energy up to which a test is commonly taken to be quasi-static."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """What is known at a point of the curve; energies and works of the whole stalk, N mm.
+    """State at a point of the curve; energies and works are those of the whole stalk, N mm.
 
     Attributes
     ----------
     time_s, travel_mm, time_step_s
-        Where the test is, and the time step that led there.
+        Time, travel, and the length of the time steps that led there.
     observables
-        What was measured; forces are momentary.
+        Observables; forces are instantaneous.
     kinetic_energy_Nmm
-        Of the stalk.
+        Kinetic energy of the stalk.
     indenter_work_Nmm, support_integral_Nmm
         Integrals over the travel of the forces of the indenter and of the supports.
     damping_work_Nmm
-        Taken by viscosity and drag.
+        Energy dissipated by viscosity and drag.
     energy_error
-        Work that became none of these energies, over the largest so far of work, energy, and force
-        times travel.
+        Work of the indenter that the energies do not account for, relative to the largest so
+        far of work, energy, and force times travel.
     """
 
     time_s: float
@@ -60,22 +60,23 @@ class Point:
 
 @dataclass(frozen=True)
 class ExplicitStatistics:
-    """Cost of a run, and what was moved.
+    """Cost of a run, and the mass that was moved.
 
     Attributes
     ----------
     dofs, cells
-        Size of the model.
+        Numbers of degrees of freedom and of cells.
     steps, evaluations
-        Time steps; evaluations of the residual, those for the stable step included.
+        Number of time steps; number of evaluations of the residual, those for the stable step
+        included.
     least_time_step_s, greatest_time_step_s
-        Of all steps but the last.
+        Shortest and longest time step, apart from the last one.
     speed_mm_per_s
-        Of the indenter after the start.
+        Speed of the indenter after the start.
     mass_g, added_mass_g
-        Moved mass of the whole stalk; what mass scaling has added to it.
+        Moved mass of the whole stalk; the part of it that mass scaling has added.
     wall_s, ranks
-        Time from specification to result; MPI ranks.
+        Wall time from specification to result; number of MPI ranks.
     """
 
     dofs: int
@@ -93,24 +94,25 @@ class ExplicitStatistics:
 
 @dataclass(frozen=True, repr=False)
 class ExplicitResult(Result):
-    """A test simulated with inertia.
+    """Result of a test simulated with inertia.
 
     Attributes
     ----------
     test
         The specification.
     curve
-        One row per point: ``time_s``, ``displacement_mm``, what `Observables` has but the search
-        for lost ellipticity, and the energies and works of `Point`. ``force_N`` and
+        One row per point: ``displacement_mm``, ``recorded_displacement_mm`` and
+        ``recorded_force_N`` of the machine, the fields of `Observables` except
+        ``min_acoustic_MPa``, and those of `Point` except ``support_integral_Nmm``. ``force_N`` and
         ``support_force_N`` are means between the neighbouring points, which leave out vibrations:
-        derivatives of the work by the travel.
+        derivatives of their integrals with respect to the travel.
     statistics
-        Cost.
+        Cost of the run.
     ending
-        Whether the whole travel was reached, else why not: as in `BendingResult`, or
-        ``energy`` if it was not conserved.
+        Whether the whole travel was reached, and if not, why: as in `BendingResult`, or ``energy``
+        if energy was not conserved.
     implicit
-        A quasi-static run of the same test on the same mesh, to compare with, if there is one.
+        Quasi-static result of the same test on the same mesh for comparison, if there is one.
     """
 
     title: ClassVar[str] = "Bending test with inertia"
@@ -138,39 +140,45 @@ class ExplicitResult(Result):
 
     @property
     def energy_error(self) -> float:
-        """Largest share of the energy that appeared or vanished after the start; NaN if none."""
+        """Largest energy error after the start, see `Point`; NaN if the run ended before."""
         return float(self._judged["energy_error"].abs().max(skipna=False))
 
     @property
     def _judged(self) -> pd.DataFrame:
-        """The curve after the start; empty if the run ended before."""
+        """Part of the curve after the start; empty if the run ended before."""
         return self.curve[self.curve["displacement_mm"] > START * self.test.protocol.travel_mm]
 
     @property
     def kinetic_share(self) -> float:
-        """Largest ratio of kinetic to stored energy after the start; NaN if it ended before."""
+        """Largest ratio of kinetic to stored energy after the start.
+
+        It is NaN if the run ended before.
+        """
         after = self._judged
         return float((after["kinetic_energy_Nmm"] / after["stored_energy_Nmm"]).max())
 
     @property
     def damping_share(self) -> float:
-        """Largest ratio of what damping has taken to stored energy after the start; or NaN."""
+        """Largest ratio of damping work to stored energy after the start.
+
+        It is NaN if the run ended before.
+        """
         after = self._judged
         return float((after["damping_work_Nmm"] / after["stored_energy_Nmm"]).max())
 
     @property
     def quasi_static(self) -> bool:
-        """Whether inertia was small enough, by the kinetic energy and what damping has taken."""
+        """Whether inertia was small enough, judged by the kinetic energy and the damping work."""
         return max(self.kinetic_share, self.damping_share) <= QUASI_STATIC
 
     def differences(self, implicit: pd.DataFrame) -> tuple[float, float]:
-        """Compare with a quasi-static curve of the same model, as far as both go.
+        """Compare with a quasi-static curve of the same model, over their common travel.
 
         Returns
         -------
         tuple
-            Relative difference of the largest forces; largest difference of the forces at the
-            same travel over the quasi-static one's largest.
+            Relative difference of the largest forces; largest difference of the forces at the same
+            travel, relative to the largest quasi-static force.
         """
         end = float(implicit["displacement_mm"].iloc[-1])
         curve = self.curve[self.curve["displacement_mm"] <= end * (1.0 + 1e-9)]
@@ -181,7 +189,7 @@ class ExplicitResult(Result):
         return float(curve["force_N"].max()) / largest - 1.0, deviation / largest
 
     def findings(self) -> list[str]:
-        """Return the largest force, beside the quasi-static one, energies and cost."""
+        """Return the largest force, that of the quasi-static run, energies and cost."""
         told = [
             f"The largest force is {self.max_force_N:.2f} N at "
             f"{self.displacement_at_max_mm:.2f} mm."
@@ -207,7 +215,7 @@ class ExplicitResult(Result):
         ]
 
     def notes(self) -> list[str]:
-        """Return why it ended, or that inertia was large."""
+        """Return why the run ended, or that inertia was large."""
         if not self.completed:
             return [f"not completed: {self.ending.reason}"]
         share = f"kinetic energy or damping above {100 * QUASI_STATIC:g} %"
@@ -215,7 +223,7 @@ class ExplicitResult(Result):
 
     def numbers(self) -> dict[str, Any]:
         """Return forces, energies and cost."""
-        early = math.isnan(self.kinetic_share)  # ended before energies are judged
+        early = math.isnan(self.kinetic_share)  # the run ended before energies are judged
         return {
             "max_force_N": self.max_force_N,
             "displacement_at_max_mm": self.displacement_at_max_mm,
@@ -242,26 +250,26 @@ class ExplicitResult(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return the curve, and the quasi-static one."""
+        """Return the curve and, if there is one, the quasi-static curve."""
         curves = {"curve": Table(self.curve, "One row per point.")}
         if self.implicit is not None:
             curves["implicit"] = Table(self.implicit.curve, "The quasi-static curve.")
         return curves
 
     def figures(self) -> dict[str, Picture]:
-        """Return force and energies."""
+        """Return the figure of force and energies."""
         from ramiefenics.solve.explicit_figures import explicit_figure
 
         caption = "Force, over the quasi-static one if there is one, and energies."
         return {"explicit": Picture(lambda: explicit_figure(self), caption)}
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return what was simulated."""
+        """Return the simulated specification."""
         return {"specification": self.test}
 
 
 def tabulate(test: BendingTest, points: list[Point]) -> pd.DataFrame:
-    """Tabulate points; forces become means, the derivatives of their integrals."""
+    """Tabulate points; forces are replaced by means, the derivatives of their integrals."""
     curve = pd.DataFrame([dataclasses.asdict(point.observables) for point in points])
     curve = curve.drop(columns=["min_acoustic_MPa"])
     names = [field.name for field in dataclasses.fields(Point) if field.name != "observables"]
@@ -279,7 +287,7 @@ def tabulate(test: BendingTest, points: list[Point]) -> pd.DataFrame:
 
 
 def _mean(integral: pd.Series, travel: pd.Series) -> NDArray[np.float64]:
-    """Return the derivative at every point: second order, zero at rest."""
+    """Return the derivative with respect to the travel: of second order, and zero at rest."""
     if len(travel) < 3:
         return np.zeros(len(travel))
     mean = np.gradient(integral, travel, edge_order=2)

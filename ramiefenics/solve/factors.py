@@ -1,4 +1,4 @@
-"""Factors in single precision: in half the memory, and enough for a preconditioner."""
+"""Factors in single precision: half the memory, and accurate enough for a preconditioner."""
 
 from __future__ import annotations
 
@@ -30,26 +30,27 @@ void end(void *);
 
 
 def library() -> ModuleType:
-    """Return MUMPS in single precision, as a module of cffi.
+    """Return MUMPS in single precision, as a cffi module.
 
     Raises
     ------
     VerificationError
-        If there is none, or no compiler.
+        If there is no MUMPS in single precision, or no compiler.
     """
     source = Path(__file__).with_name("factors.c").read_text(encoding="utf-8")
     return compiled(source, FUNCTIONS, ("smumps",))
 
 
 class SingleFactors:
-    """PETSc's preconditioner by MUMPS in single precision, which PETSc does not offer.
+    """Preconditioner for PETSc by MUMPS in single precision, which PETSc itself does not offer.
 
     Parameters
     ----------
     matrix
-        What to factorise. Its analysis is kept from one factorisation to the next.
+        Matrix to factorise. Its symbolic analysis is kept from one factorisation to the next.
     symmetric
-        Whether to factorise its symmetric part, in two thirds of the time and half the memory.
+        Whether to factorise its symmetric part, which takes two thirds of the time and half the
+        memory.
 
     Raises
     ------
@@ -66,11 +67,11 @@ class SingleFactors:
         self._failed = False
 
     def setUp(self, _: PETSc.PC) -> None:
-        """Factorise; PETSc calls it."""
+        """Factorise; called by PETSc."""
         starts, columns, values = self._matrix.own_rows
         if self._mumps is None:
             self._begin(starts, columns)
-        with np.errstate(over="ignore"):  # where Newton's method runs away; no factors then
+        with np.errstate(over="ignore"):  # if Newton's method diverges; there are no factors then
             self._entries[:] = self._shares * values
         error = self._lib.factorise(self._mumps)
         self._failed = error < 0
@@ -78,7 +79,7 @@ class SingleFactors:
             log.info("MUMPS could not factorise the tangent: %d", error)
 
     def _begin(self, starts: NDArray[np.int32], columns: NDArray[np.int32]) -> None:
-        """Analyse the pattern."""
+        """Analyse the sparsity pattern."""
         lengths = np.diff(starts)
         first, behind = self._matrix.petsc.getOwnershipRange()
         self._rows = np.repeat(np.arange(first + 1, behind + 1, dtype=np.int32), lengths)
@@ -97,26 +98,26 @@ class SingleFactors:
         )
 
     def destroy(self, _: PETSc.PC | None) -> None:
-        """Free the memory; PETSc calls it, on all ranks at the same time."""
+        """Free the memory; called by PETSc, on all ranks at the same time."""
         if self._mumps is not None:
             self._lib.end(self._mumps)
             self._mumps = None
 
     def apply(self, _: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve with the factors; PETSc calls it."""
+        """Solve with the factors; called by PETSc."""
         x.array = self.solve(b.array_r[None])[0]
 
     def solve(self, right: Array) -> Array:
-        """Return the solutions for several right-hand sides: cheaper at once.
+        """Return the solutions for several right-hand sides, cheaper together than one by one.
 
         Parameters
         ----------
         right
-            As much of them as this rank has, shape (k, n).
+            This rank's part of the right-hand sides, shape (k, n).
         """
         own = np.abs(right).max(axis=1, initial=0.0, keepdims=True)
         scale = np.where(np.isnan(own), np.inf, own)
-        self._comm.Allreduce(MPI.IN_PLACE, scale, op=MPI.MAX)  # into the range of single precision
+        self._comm.Allreduce(MPI.IN_PLACE, scale, op=MPI.MAX)  # to scale into single precision
         if self._failed or not np.isfinite(scale).all():
             return np.full_like(right, np.nan)
         scale[scale == 0.0] = 1.0
@@ -136,7 +137,7 @@ class SingleFactors:
         return whole
 
     def _scatter(self, whole: Singles, own: Singles) -> None:
-        """Take over the solutions from the first rank."""
+        """Distribute the solutions from the first rank."""
         if self._comm.size > 1:
             for side, part in zip(whole, own, strict=True):
                 self._comm.Scatterv([side, self._counts], part)
@@ -146,7 +147,7 @@ class SingleFactors:
 
 
 def single_factors(matrix: Matrix, symmetric: bool = False) -> SingleFactors | None:
-    """Return the preconditioner; None without MUMPS in single precision."""
+    """Return the preconditioner, or None if MUMPS in single precision is not available."""
     try:
         return SingleFactors(matrix, symmetric)
     except (VerificationError, ImportError) as error:

@@ -1,4 +1,4 @@
-"""Snapshots as VTK grids: for ParaView, and for our own pictures."""
+"""Snapshots as VTK grids, for ParaView and for the package's own pictures."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from ramiefenics.solve.result import BendingResult
 
 STATE = Path(__file__).with_name("paraview_state.txt")
-"""A script for ParaView, with the planes of symmetry left open."""
+"""Template of a script for ParaView, in which the planes of symmetry are to be filled in."""
 
 NORMALS = {"quarter": ((1, 0, 0), (0, 0, 1)), "half": ((1, 0, 0),), "full": ()}
-"""Of the planes of symmetry through the origin, by domain."""
+"""Normals of the planes of symmetry through the origin, by domain."""
 
 
 def to_grid(grid: Grid) -> pv.UnstructuredGrid:
-    """Return an undeformed grid with all its fields; warp it by ``displacement_mm``."""
+    """Return an undeformed VTK grid with all fields; ``displacement_mm`` deforms it."""
     count, corners = grid.cells.shape
     cells = np.column_stack([np.full(count, corners), grid.cells]).ravel()
     kind = {4: pv.CellType.QUAD, 8: pv.CellType.HEXAHEDRON}[corners]
@@ -34,11 +34,11 @@ def to_grid(grid: Grid) -> pv.UnstructuredGrid:
 
 
 def write_fields(result: BendingResult, folder: Path) -> None:
-    """Write ParaView's collections, of one file per snapshot, and a state that opens all of them.
+    """Write ParaView collections of one file per snapshot, and a state that opens all of them.
 
     ``bend.pvd`` is the stalk, ``contact.pvd`` the facets that a cylinder may touch, and
-    ``fixture.pvd`` the cylinders. Of each time there are the curve's numbers as field data. In
-    ParaView, *File, Load State* takes ``paraview_state.py``.
+    ``fixture.pvd`` the cylinders. Each file has the values of the curve at its time as field data.
+    In ParaView, *File, Load State* opens ``paraview_state.py``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     curve, snapshots = result.curve, result.snapshots
@@ -85,7 +85,7 @@ def _write_collection(
 
 
 def cylinders(test: BendingTest, travel_mm: float) -> list[pv.PolyData]:
-    """Return the fixture's cylinders where they are; a plate has a tenth of its width behind it."""
+    """Return the fixture's cylinders at a given travel; plates are a tenth as thick as wide."""
     solids = []
     width, length = 1.75 * test.stalk.outer_diameter_mm, test.stalk.length_mm
     for cylinder in test.fixture.cylinders:

@@ -1,4 +1,4 @@
-"""The force-displacement curve and the section under the indenter, drawn with Matplotlib."""
+"""Figures of the force-displacement curve and of the section under the indenter."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ STRESS_COLOURS = "RdBu_r"
 def curve_figure(
     result: BendingResult, measured: Mapping[str, pd.DataFrame] | None = None
 ) -> Figure:
-    """Draw force against travel, with the maximum marked where there is one.
+    """Draw force against travel, with the maximum marked if there is one.
 
     Parameters
     ----------
     result
         The simulation.
     measured
-        Tables with ``displacement_mm`` and ``force_N``, by name, to draw behind it.
+        Measured curves by name, with ``displacement_mm`` and ``force_N``, to draw behind it.
     """
     curve = result.curve
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 4.0), layout="constrained")
         axes = figure.subplots()
         for number, table in enumerate((measured or {}).values()):
-            label = "_" if number else "measured"  # once
+            label = "_" if number else "measured"  # one label for all
             axes.plot(table["displacement_mm"], table["force_N"], color=GREY, lw=0.8, label=label)
         axes.plot(curve["displacement_mm"], curve["force_N"], "o-", color=BLUE, ms=3.5, lw=1.5)
         if result.has_force_maximum:
@@ -95,7 +95,7 @@ def curves_figure(result: BendingResult) -> Figure:
 
 
 def _mark_losses(axes: Axes, result: BendingResult) -> None:
-    """Draw where the model stops being one."""
+    """Mark where the material loses a property without which the model is not valid."""
     for name, travel in result.losses_mm.items():
         label, line = LOSS_LINES[name]
         axes.axvline(travel, color=GREY, lw=1.0, ls=line, label=f"{label} ({travel:.2f} mm)")
@@ -124,7 +124,7 @@ def _mark_jumps(axes: Axes, result: BendingResult) -> None:
 
 
 def section_figure(result: BendingResult, number: int = -1) -> Figure:
-    """Draw the section under the indenter, in the last snapshot if no other, and undeformed."""
+    """Draw the section under the indenter in a snapshot, the last by default, and undeformed."""
     test, snapshot = result.test, result.snapshots[number]
     indenter = test.fixture.indenter
     patches = section(snapshot, test.stalk, indenter.z_mm)
@@ -165,7 +165,10 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
 
 
 def _draw_stress(axes: Axes, patches: Sequence[Patch]) -> None:
-    """Draw axial stress, thin edges of elements, thick ones of layers, and the undeformed ones."""
+    """Draw axial stress and edges, thin ones of elements and thick ones of layers.
+
+    Undeformed edges are drawn as well.
+    """
     limit = max(float(np.abs(patch.stress_MPa).max()) for patch in patches)
     for patch in patches:
         x, y = np.moveaxis(patch.now_mm, -1, 0)
@@ -177,7 +180,7 @@ def _draw_stress(axes: Axes, patches: Sequence[Patch]) -> None:
             vmin=-limit,
             vmax=limit,
             shading="gouraud",
-            rasterized=True,  # vector formats know no such shades
+            rasterized=True,  # vector formats lack this shading
         )
     for deformed, colour in ((False, GREY), (True, "black")):
         inner, outlines = _edges(patches, deformed)
@@ -189,7 +192,7 @@ def _draw_stress(axes: Axes, patches: Sequence[Patch]) -> None:
 
 
 def _edges(patches: Sequence[Patch], deformed: bool) -> tuple[list[Array], list[Array]]:
-    """Return edges between elements of one layer, and those at the borders of layers."""
+    """Return the edges between elements of one layer, and those on the borders of layers."""
     by_place: dict[tuple[object, ...], list[tuple[int, Array]]] = {}
     for patch in patches:
         for place, edge in zip(patch.edges(deformed=False), patch.edges(deformed), strict=True):

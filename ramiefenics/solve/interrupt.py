@@ -1,4 +1,4 @@
-"""Ctrl-C as a request to stop after the current step, agreed by all ranks."""
+"""Ctrl-C as a request to stop after the current step, on which all ranks agree."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mpi4py import MPI
 
 
 class StopRequest:
-    """Whether the user asked to stop."""
+    """The user's request to stop."""
 
     def __init__(self, comm: MPI.Comm) -> None:
         self._comm = comm
         self.asked = False
 
     def agreed(self) -> bool:
-        """Return whether any rank was asked; collective."""
+        """Return whether any rank has received the request; collective."""
         return bool(self._comm.allreduce(self.asked, op=MPI.LOR))
 
 

@@ -1,4 +1,4 @@
-"""Mass lumped at the nodes, positive for every element."""
+"""Mass lumped at the nodes, positive for every type of element."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from ramiefenics.solve.driven import Driven
 
 
 def lumped_mass(problem: Driven) -> NDArray[np.float64]:
-    """Return a structure's mass at the components of displacement that this rank owns, tonne.
+    """Return a structure's mass at the displacement components that this rank owns, tonne.
 
-    By row sums of the consistent mass, which for first order and for Lagrange's hexahedra of second
-    order are positive. Where they are not (serendipity), by its diagonal, scaled to the whole mass
-    (Hinton, Rock and Zienkiewicz 1976; here over all cells at once).
+    The masses are the row sums of the consistent mass matrix, which are positive for elements of
+    first order and for Lagrange hexahedra of second order. Where row sums are not positive
+    (serendipity elements), the masses are the diagonal entries, scaled to the total mass (Hinton,
+    Rock and Zienkiewicz 1976; here over all cells at once).
     """
     matrix = assemble_matrix(problem.mass)
     matrix.assemble()

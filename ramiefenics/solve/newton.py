@@ -2,8 +2,8 @@
 
 Contact makes the residual non-smooth: the full step often raises it once, when points enter or
 leave contact, and converges quadratically right after. A line search that insists on descent then
-stalls, so a step only has to beat the largest of the last residuals (Grippo, Lampariello and
-Lucidi 1986).
+stalls, so a step only has to bring the residual below the largest of the last ones (Grippo,
+Lampariello and Lucidi 1986).
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ramiefenics.solve.tangent import Tangent
 log = logging.getLogger(__name__)
 
 MEMORY = 4
-"""Residuals that a step is compared with."""
+"""Number of earlier residuals with which the residual of a step is compared."""
 
 LOOSEST = 0.1
-"""Largest residual of the linear equations, relative to their right-hand side."""
+"""Loosest tolerance on the residual of the linear equations, relative to their right-hand side."""
 
 SHORTEST = 1.0 / 32.0
 """Shortest fraction of a Newton step that is tried."""
@@ -32,7 +32,7 @@ SHORTEST = 1.0 / 32.0
 
 @dataclass(frozen=True)
 class NewtonOutcome:
-    """How a solve ended.
+    """Outcome of a nonlinear solve.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class NewtonOutcome:
     residual_N
         Norm of the residual at the end.
     reason
-        One phrase.
+        Why the solve ended, as a phrase.
     """
 
     converged: bool
@@ -54,14 +54,14 @@ class NewtonOutcome:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Adds ``mass (u - predicted) / time_step^2`` to the residual.
+    """Inertia in a time step: the term ``mass (u - predicted) / time_step^2`` of the residual.
 
     Attributes
     ----------
     mass
-        Lumped, tonne, one entry per degree of freedom.
+        Lumped mass, tonne, one entry per degree of freedom.
     predicted
-        Where the structure would go without forces, mm.
+        Displacement that the structure would reach without forces, mm.
     time_step_s
         Time step, s.
     """
@@ -72,14 +72,16 @@ class Inertia:
 
 
 class Newton:
-    """Solve equations from the current displacement, which meets their Dirichlet conditions.
+    """Newton solver that starts from the current displacement.
+
+    That displacement must meet the Dirichlet conditions of the equations.
 
     Parameters
     ----------
     equations
-        What to solve; the displacement in place.
+        Equations to solve; their displacement is updated in place.
     max_iterations
-        Where to give up.
+        Number of iterations after which a solve fails.
     linear_solver
         As in `Stepping`.
     """
@@ -97,14 +99,14 @@ class Newton:
         self._step = u.x.petsc_vec.duplicate()
         self._start = u.x.petsc_vec.duplicate()
         self._work = u.x.petsc_vec.duplicate()
-        self._diagonal = u.x.petsc_vec.duplicate()  # what inertia adds to the tangent's
+        self._diagonal = u.x.petsc_vec.duplicate()  # added to the tangent's by inertia
         self._inertia: Inertia | None = None
         self._linear_solver = linear_solver
         self._tangent = Tangent(equations, self._evaluate, linear_solver)
 
     @property
     def tangent(self) -> Tangent:
-        """The derivative, and its factors; another one when the equations have another matrix."""
+        """The tangent and its factors; rebuilt when the equations have a new matrix."""
         if self._tangent.matrix is not self._equations.matrix:
             iterations = self._tangent.iterations
             self._tangent = Tangent(self._equations, self._evaluate, self._linear_solver)
@@ -121,9 +123,9 @@ class Newton:
         tolerance_N
             Bound on the Euclidean norm of the residual.
         largest_update_mm
-            No displacement component changes by more in one iteration.
+            Largest change of a displacement component in one iteration.
         inertia
-            Of a time step; none, the default, means equilibrium.
+            Inertia in a time step; by default there is none, and the solution is an equilibrium.
         """
         self._set_inertia(inertia)
         outcome = self._iterate(tolerance_N, largest_update_mm)
@@ -154,12 +156,12 @@ class Newton:
 
     @staticmethod
     def _forcing(history: list[float], tolerance_N: float) -> float:
-        """Return how exactly to solve for the next step (Eisenstat and Walker 1996, choice 2)."""
+        """Return the tolerance of the linear solve (Eisenstat and Walker 1996, choice 2)."""
         drop = history[-1] / history[-2] if len(history) > 1 else 1.0
         return max(min(LOOSEST, 0.9 * drop**2), 0.5 * tolerance_N / history[-1])
 
     def _search(self, fraction: float, last: list[float]) -> float:
-        """Go along the Newton step until the residual beats the largest of the last ones."""
+        """Shorten the Newton step until the residual is below the largest of the last ones."""
         x = self._u.x.petsc_vec
         x.copy(self._start)
         shortest = SHORTEST * fraction
@@ -184,7 +186,7 @@ class Newton:
             set_bc(b, self._equations.bcs, self._u.x.petsc_vec, -1.0)
 
     def _set_inertia(self, inertia: Inertia | None) -> None:
-        """Change the equations; factors of the tangent without or with other inertia are lost."""
+        """Set the inertia, and discard factors of a tangent without it or with another one."""
         if inertia is not None or self._inertia is not None:
             self.tangent.forget()
         self._inertia = inertia

@@ -1,4 +1,4 @@
-"""The path of the drive, leg by leg, as the stepper goes along it."""
+"""Path of the drive, leg by leg, as the stepper follows it."""
 
 from __future__ import annotations
 
@@ -10,32 +10,35 @@ from ramiefenics.specification import Protocol, Stepping
 from ramiefenics.specification.protocol import Leg
 
 FIRST_SHARE, SHORTEST_SHARE, LONGEST_SHARE = 1e-2, 1e-4, 0.2
-"""First, shortest and longest step of a hold, over its time."""
+"""First, shortest and longest step of a hold, as shares of its duration."""
 
 LEAST_REST = 0.25
-"""Share of a step that may be left before fields are saved: what is less is halved with it."""
+"""Least share of a step that may remain before fields are saved. If less would remain, the step and
+the remainder are divided into two equal steps."""
 
 LONGEST_CUT = 1e-2
-"""Largest share of the whole path that the shortest step may be: those of short tests are cut
-further than to what is set, which is meant for long ones."""
+"""Upper bound on the shortest step, as a share of the whole path. It lets the steps of short tests
+become shorter than the minimum in the settings, which is meant for long tests."""
 
 
 @dataclass(frozen=True)
 class PathSegment:
-    """A leg of the path along one coordinate: the way gone since its start, or in a hold the time.
+    """Leg of the path, with a coordinate along it.
+
+    The coordinate is the distance travelled since the start of the leg or, in a hold, the time.
 
     Attributes
     ----------
     leg
-        The leg.
+        Ends and duration of the leg.
     start_s
         Time at its start.
     save_every_mm
         Fields are saved at multiples of this travel.
     first, shortest, longest
-        Lengths of steps, mm, or in a hold s.
+        Lengths of the first, the shortest and the longest step, mm, or in a hold s.
     is_first, is_last
-        Whether nothing goes before it, or comes after it.
+        Whether it is the first leg, and whether it is the last.
     """
 
     leg: Leg
@@ -59,7 +62,7 @@ class PathSegment:
 
     @property
     def length(self) -> float:
-        """Length of the coordinate, mm, or in a hold s."""
+        """Coordinate at the end of the leg, mm, or in a hold s."""
         leg = self.leg
         return leg.duration_s if self.holds else abs(leg.to_mm - leg.from_mm)
 
@@ -68,7 +71,7 @@ class PathSegment:
         return self.leg.from_mm + self.direction * at
 
     def duration_s(self, length: float) -> float:
-        """Return the time that a part of the coordinate takes."""
+        """Return the time that a part of the leg takes, given its length."""
         return self.leg.duration_s * (length / self.length)
 
     def next_stop(self, at: float) -> float:
@@ -85,15 +88,16 @@ class PathSegment:
     def next_step(self, at: float, increment: float) -> tuple[float, bool]:
         """Return where a step ends, and whether fields are saved there.
 
-        That is at a multiple of the longest step, of its half, its quarter, and so on: tests that
-        hardly differ take the same steps, so that errors of steps do not make them differ.
+        A step ends at a multiple of the longest step, of its half, of its quarter, and so on. Tests
+        that hardly differ then take the same steps, so that errors of the steps do not add to their
+        differences.
 
         Parameters
         ----------
         at
-            Where it begins.
+            Coordinate at which the step begins.
         increment
-            Its greatest length, unless that is less than the shortest.
+            Greatest length of the step, unless that is less than the shortest.
         """
         wanted, most = (math.log2(self.longest / each) for each in (increment, self.shortest))
         halvings = max(min(math.ceil(wanted - 1e-9), math.floor(most + 1e-9)), 0)
@@ -106,7 +110,7 @@ class PathSegment:
 
 
 def segments(protocol: Protocol, settings: Stepping) -> Iterator[PathSegment]:
-    """Yield the legs of a path with what the stepper needs to know of each."""
+    """Yield the legs of a path with the data that the stepper needs."""
     start_s, legs = 0.0, protocol.legs
     for number, leg in enumerate(legs):
         shortest = min(settings.min_step_mm, LONGEST_CUT * protocol.length_mm)

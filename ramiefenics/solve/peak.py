@@ -1,4 +1,4 @@
-"""What is read off a force curve: its maximum, between the steps, its plateau, and its slope."""
+"""Maximum, plateau and slope of a force curve."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 PLATEAU = 0.99
-"""Share of the largest force from which on a curve is on its plateau."""
+"""Share of the largest force above which a curve is on its plateau."""
 
 Array = NDArray[np.float64]
 
@@ -22,16 +22,16 @@ class Peak:
     Attributes
     ----------
     force_N, displacement_mm
-        How large, and where.
+        The largest force, and the displacement at which it occurs.
     inside
-        Whether the force falls again after it; otherwise it is where the curve ends.
+        Whether the force falls again after it; otherwise it is at the end of the curve.
     plateau_mm
-        First and last displacement around it with at least `PLATEAU` times that force. A flat
-        maximum is anywhere in there.
+        First and last displacement around it at which the force is at least `PLATEAU` times the
+        largest. A flat maximum may be anywhere between them.
     step_error_N
-        What the curve, read by straight lines, errs by on its plateau, at the most, estimated from
-        its curvature; where a jump ends the rise, at least what it could have risen on within that
-        step. Steps that are too long make it large.
+        Largest error of linear interpolation between the steps on the plateau, estimated from the
+        curvature. Where a jump ends the rise, it is at least the further rise that was possible
+        within that step. Steps that are too long make it large.
     """
 
     force_N: float
@@ -47,10 +47,10 @@ def find_peak(displacement_mm: Array, force_N: Array, jumps_mm: Sequence[float] 
     Parameters
     ----------
     displacement_mm, force_N
-        Of every step, displacement ascending, shape (n,).
+        Displacement and force at every step, in ascending order of displacement, shape (n,).
     jumps_mm
-        Displacements of the steps with a jump in them, at their ends. Beside one, the highest point
-        is the maximum: no parabola goes through both sides of a jump.
+        Displacements at the ends of the steps that contain a jump. Next to a jump the highest point
+        is the maximum, because a parabola cannot describe both sides of it.
     """
     x, f = np.asarray(displacement_mm, dtype=float), np.asarray(force_N, dtype=float)
     top, jumped = int(f.argmax()), np.isin(x, jumps_mm)
@@ -69,7 +69,7 @@ def find_peak(displacement_mm: Array, force_N: Array, jumps_mm: Sequence[float] 
 
 
 def _crossing(x: Array, f: Array, level: float) -> float:
-    """Return where a curve first falls below a level, or its end."""
+    """Return where a curve first falls below a level, or where it ends."""
     below = np.flatnonzero(f < level)
     if len(below) == 0 or below[0] == 0:
         return float(x[-1] if len(below) == 0 else x[0])
@@ -81,7 +81,7 @@ def _crossing(x: Array, f: Array, level: float) -> float:
 def _straight_error(
     x: Array, f: Array, jumped: NDArray[np.bool_], plateau_mm: tuple[float, float]
 ) -> float:
-    """Return the largest ``h^2 f'' / 8`` of the steps on a plateau, or next to the highest."""
+    """Return the largest ``h^2 f'' / 8`` at points on a plateau, or near the highest point."""
     if len(f) < 3:
         return float("nan")
     top, steps = int(f.argmax()), np.diff(x)
@@ -98,7 +98,7 @@ def _straight_error(
 def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -> float:
     """Return the secant stiffness between 10 and 40 % of the largest force, N/mm.
 
-    NaN where the curve does not begin below 10 %.
+    It is NaN if the curve does not begin below 10 %.
     """
     peak = int(force_N.to_numpy().argmax())
     force, travel = force_N.iloc[: peak + 1].tolist(), displacement_mm.iloc[: peak + 1].tolist()
@@ -108,7 +108,10 @@ def secant_slope(displacement_mm: pd.Series[float], force_N: pd.Series[float]) -
 
 
 def _travel_at(force: list[float], travel: list[float], level: float) -> float:
-    """Travel at which the force first reaches a level, linearly interpolated; NaN if before."""
+    """Return the travel at which the force first reaches a level, by linear interpolation.
+
+    It is NaN if the force begins at that level or above.
+    """
     if force[0] >= level:
         return float("nan")
     for i in range(1, len(force)):

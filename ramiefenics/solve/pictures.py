@@ -1,4 +1,4 @@
-"""The deformed stalk between its cylinders, rendered off-screen with PyVista."""
+"""Pictures of the deformed stalk between its cylinders, rendered with PyVista."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ PLACES = {
         pv.CellType.TRIQUADRATIC_HEXAHEDRON,
     ),
 }
-"""Points of an element in VTK's order, by its order."""
+"""Positions of an element's points in VTK's numbering, and the VTK cell type, by element order."""
 
 
 def check_snapshots(result: BendingResult) -> None:
-    """Check that there is a state to draw."""
+    """Check that a result has a snapshot to draw."""
     if not result.snapshots:
         allowed = "must have been saved; on several ranks, the first one has them"
         raise SpecificationError("snapshots", len(result.snapshots), allowed)
 
 
 def largest_stress(result: BendingResult, number: int = -1) -> float:
-    """Return the axial stress, MPa, that half a per cent of a snapshot's surface passes."""
+    """Return the axial stress magnitude, MPa, that 0.5 % of a snapshot's surface points exceed."""
     body = _whole(result.snapshots[number], result.test.numerics.domain)
     return float(np.percentile(np.abs(body.point_data[STRESS]), 99.5))
 
@@ -51,16 +51,16 @@ def largest_stress(result: BendingResult, number: int = -1) -> float:
 def deformed_figure(
     result: BendingResult, number: int = -1, limit_MPa: float | None = None
 ) -> Figure:
-    """Draw a snapshot, the last one by default: axial stress on the tube between its cylinders.
+    """Draw the axial stress of a snapshot on the deformed stalk between its cylinders.
 
     Parameters
     ----------
     result
-        With snapshots.
+        Simulation with snapshots.
     number
-        Of the snapshot.
+        Index of the snapshot; the last one by default.
     limit_MPa
-        Where colours end; by default `largest_stress`.
+        Stress at the end of the colour scale; by default `largest_stress`.
     """
     snapshot, curve = result.snapshots[number], result.curve
     limit = largest_stress(result, number) if limit_MPa is None else limit_MPa
@@ -84,9 +84,9 @@ def deformed_figure(
 
 
 def view(result: BendingResult, number: int = -1) -> pv.Plotter:
-    """Return a snapshot, the last one by default, as a scene to turn: ``.show()`` it.
+    """Return a snapshot, the last one by default, as an interactive scene to ``.show()``.
 
-    In a notebook it can be turned, by the package trame-pyvista; without it, it is a picture.
+    In a notebook the package trame-pyvista makes it interactive; without it, it is a still picture.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDAr
 
 
 def _fill(plotter: pv.Plotter, result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> None:
-    """Put stalk, cylinders and a camera into a scene."""
+    """Add stalk, cylinders and a camera to a scene."""
     plotter.set_background("white")
     plotter.add_mesh(
         _whole(snapshot, result.test.numerics.domain),
@@ -133,7 +133,7 @@ def _fill(plotter: pv.Plotter, result: BendingResult, snapshot: Snapshot, limit_
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
-    """Mirror the modelled part to the whole stalk, without the faces where it was cut."""
+    """Return the deformed surface of the whole stalk: the modelled part, mirrored at its cuts."""
     surface = _elements(snapshot.body).extract_surface(
         algorithm="dataset_surface", nonlinear_subdivision=2
     )
@@ -149,7 +149,10 @@ def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:
 
 
 def _elements(grid: Grid) -> pv.UnstructuredGrid:
-    """Return whole elements with displacement and stress; at a border, the outer layer's."""
+    """Return whole elements with displacement and stress.
+
+    On the border between two layers the stress is that of the outer one.
+    """
     text, kind = PLACES[grid.order]
     places = tuple(np.array([[int(digit) for digit in one] for one in text.split()]).T)
     nodes = lattices(grid)[(slice(None), *places)]

@@ -1,4 +1,4 @@
-"""What a number depends on beside its specification: source, libraries, processor."""
+"""What a number depends on besides its specification: source, libraries, processor."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SHARED = (
     "libmetis",
     "libptscotch",
 )
-"""Libraries behind PETSc and dolfinx that do not tell Python their version."""
+"""Libraries behind PETSc and dolfinx whose versions are not available from Python."""
 
 
 @functools.cache
@@ -43,7 +43,7 @@ def source(*modules: str) -> str:
     Parameters
     ----------
     modules
-        Their files, ``__file__``.
+        Files of the further modules, ``__file__``.
     """
     digest = hashlib.sha256()
     of_solver = [
@@ -59,10 +59,10 @@ def source(*modules: str) -> str:
 
 @functools.cache
 def libraries() -> dict[str, object]:
-    """Return versions of all libraries that compute, PETSc's options, and how forms are compiled.
+    """Return the versions of all numerical libraries, PETSc's options, and compiler arguments.
 
-    The compiler's arguments have a key of the processor in them. The number of threads is left
-    out: it only orders sums within a preconditioner.
+    The compiler arguments contain a key of the processor. The number of threads is left out, as it
+    only changes the order of sums within a preconditioner.
     """
     return {
         "python": platform.python_version(),
@@ -84,8 +84,8 @@ def libraries() -> dict[str, object]:
 def _shared() -> list[str]:
     """Return name and size of the libraries in `SHARED` that this process has loaded.
 
-    Their names have the version in them, in most installations. What a Python package brings for
-    itself (``scipy.libs``) is left out: it goes with that package's version.
+    In most installations their file names contain the version. Libraries that a Python package
+    brings for itself (``scipy.libs``) are left out, as that package's version determines them.
     """
     try:
         lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()

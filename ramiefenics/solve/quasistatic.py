@@ -21,21 +21,22 @@ from ramiefenics.specification import Protocol, Stepping
 log = logging.getLogger(__name__)
 
 EASY_ITERATIONS = 8
-"""A step that took more does not let the next one be longer."""
+"""Largest number of Newton iterations of a step after which the next one may be longer."""
 
 LONGER, SHORTER, SAFETY = 2.0, 0.5, 0.9
-"""By which factors the next step may differ, and how far the estimated error is to stay below the
-tolerance; a step whose error asks for less than the second factor is taken again."""
+"""Largest and smallest factor between the lengths of successive steps, and the safety factor on the
+length that the error estimate allows. A step whose error requires less than the smallest factor is
+repeated."""
 
 UPDATE_LIMIT = 4.0
-"""Largest change of a displacement component in one iteration, over the step of the drive."""
+"""Largest change of a displacement component in one iteration, relative to the drive's step."""
 
 SMALLEST_SCALE_N = 0.01
-"""Force to which tolerances refer before there is any."""
+"""Least force to which tolerances refer, used before the structure bears any."""
 
 WORK_SHARE, STORED_SHARE = 0.1, 1e-3
-"""A step that loses more than these shares of the drive's work and of the stored energy contains
-a jump. The trapezoidal rule, by which the loss is measured, errs by less."""
+"""Shares of the drive's work and of the stored energy. A step that loses more than both contains a
+jump. The error of the trapezoidal rule, which measures the loss, is smaller."""
 
 T = TypeVar("T", bound=Observed)
 
@@ -47,11 +48,12 @@ class Jump:
     Attributes
     ----------
     displacement_mm
-        Travel after it; it began within the step before.
+        Travel at the end of the step in which it occurs.
     energy_released_Nmm
-        What stored energy, friction and the material's dissipation leave of the drive's work.
+        The drive's work in that step, less the changes of stored energy and friction work and the
+        dissipation of the material.
     force_before_N, force_after_N
-        Drop of the driving force.
+        Driving force at the beginning and at the end of that step.
     """
 
     displacement_mm: float
@@ -67,13 +69,13 @@ class Step(Generic[T]):
     Attributes
     ----------
     travel_mm, time_s
-        Travel of the drive, and time, at its end.
+        Travel of the drive, and time, at the end of the step.
     observables
-        What was measured.
+        Observables of the converged state.
     iterations
         Newton iterations, failed attempts excluded.
     save
-        Whether the protocol wants full fields here, or nothing follows.
+        Whether to save full fields, because the protocol asks for them here or no step follows.
     jump
         The jump in this step, if any.
     """
@@ -96,7 +98,7 @@ class Ending:
         ``completed`` (the whole path), ``physical`` (what follows is outside the model),
         ``interrupted`` (by the user) or ``not converged``.
     reason
-        One sentence; empty if completed.
+        Reason, as one sentence; empty if completed.
     """
 
     kind: str
@@ -104,32 +106,33 @@ class Ending:
 
 
 class QuasiStatic(Generic[T]):
-    """Steps a structure forward, adapting the increment in both directions.
+    """Steps a structure forward, lengthening and shortening the steps as needed.
 
-    Where the shortest steps find no equilibrium, or one that only a loss of energy leads to, the
-    structure is let move to where it rests.
+    Where the shortest step finds no equilibrium, or only one that is reached with a loss of energy,
+    the structure is allowed to move until it comes to rest.
 
     Parameters
     ----------
     problem
-        What to solve; its displacement is zero at first.
+        The structure, in its state before the first step.
     observe
-        Measures it after each step.
+        Returns the observables of the current state; called after each step.
     protocol, settings
-        Along what path, and in what steps.
+        Path of the drive, and settings of the stepping.
     jumps
-        Whether it may move; else it ends there, not converged.
+        Whether the structure may move in this way. If not, stepping ends there, not converged.
     solutions
-        Those of the same run, as far as it got before; new ones are added.
+        Solutions stored by an earlier, possibly interrupted run of the same test, to which new ones
+        are added.
 
     Attributes
     ----------
     newton
-        Solves each step.
+        Newton solver of the steps.
     newton_iterations, cut_backs
         Totals so far, failed attempts included.
     ending
-        Why stepping ended, once it has.
+        Why stepping ended; None until then.
     """
 
     def __init__(
@@ -148,13 +151,12 @@ class QuasiStatic(Generic[T]):
         self._motion: DynamicRelaxation | None = None  # most structures never need it
         self._u = problem.displacement.x.array
         self._last = self._u.copy()
-        self._rate = np.zeros_like(
-            self._u
-        )  # change in the last step, per travel or in a hold per time
+        # displacement change in the last step, per mm of travel or, in a hold, per s
+        self._rate = np.zeros_like(self._u)
         self._measured: T = observe()
         self._slope = self._last_length = 0.0
-        self._largest_N = self._work_Nmm = 0.0  # so far; in the last step that was none of a hold
-        self._segment: PathSegment  # where the drive is
+        self._largest_N = self._work_Nmm = 0.0  # largest so far; of the last step not in a hold
+        self._segment: PathSegment  # leg that the drive is on
         self.newton_iterations = 0
         self.cut_backs = 0
         self.ending: Ending | None = None
@@ -162,7 +164,8 @@ class QuasiStatic(Generic[T]):
     def steps(self) -> Iterator[Step[T]]:
         """Yield the state before the first step, then converged steps, until `ending` is set.
 
-        While the caller holds a step, the problem is in its state, slip included.
+        While the caller processes a step, the problem is in the state of that step, and its slip
+        is the slip within that step.
         """
         yield Step(0.0, 0.0, self._measured, 0, save=False)
         for segment in segments(self._protocol, self._settings):
@@ -172,7 +175,7 @@ class QuasiStatic(Generic[T]):
                 return
 
     def _enter(self, segment: PathSegment) -> None:
-        """Forget what a leg of the other kind, or one that lifted off, has told of the next."""
+        """Begin a leg; after lift-off, or a change to or from a hold, reset the extrapolation."""
         lifted = self._measured.force_N <= 0.0
         if not segment.is_first and (lifted or segment.holds != self._segment.holds):
             self._rate[:] = 0.0
@@ -182,7 +185,7 @@ class QuasiStatic(Generic[T]):
     def _follow(self, segment: PathSegment) -> Iterator[Step[T]]:
         """Yield the steps of a leg."""
         turns = not (segment.is_first or segment.holds) and self._measured.force_N > 0.0
-        at, increment = 0.0, segment.shortest if turns else segment.first  # as friction turns
+        at, increment = 0.0, segment.shortest if turns else segment.first  # friction reverses
         while self.ending is None and at < segment.length:
             target, stops = segment.next_step(at, increment)
             length = target - at
@@ -208,11 +211,12 @@ class QuasiStatic(Generic[T]):
             increment = max(increment, segment.shortest)
 
     def _factor(self, length: float, step: Step[T]) -> float:
-        """Return how much longer the next step may be, by the error of this one.
+        """Return the largest ratio of the next step to this one that the error of this one allows.
 
-        The error is that of a straight line between the ends of the step, estimated by what the
-        force differs by from its linear extrapolation (Milne's device): for a second derivative f''
-        the former is ``length^2 f'' / 8``, the latter ``length (length + last length) f'' / 2``.
+        The error is that of linear interpolation between the ends of the step. It is estimated from
+        the difference between the force and its linear extrapolation (Milne's device): for a second
+        derivative f'' the former is ``length^2 f'' / 8``, and the latter
+        ``length (length + last length) f'' / 2``.
         """
         force = step.observables.force_N
         longest = LONGER if step.iterations <= EASY_ITERATIONS else 1.0
@@ -220,7 +224,7 @@ class QuasiStatic(Generic[T]):
             return longest
         predicted = self._measured.force_N + self._slope * self._change(length)
         error = abs(force - predicted) * length / (4.0 * (length + self._last_length))
-        if self._segment.is_first:  # the force at its end, if it grew along its secant
+        if self._segment.is_first:  # force at the end of the travel, along the secant
             scale = abs(force) * self._protocol.travel_mm / step.travel_mm
         else:
             scale = self._largest_N
@@ -228,7 +232,7 @@ class QuasiStatic(Generic[T]):
         return min(longest, SAFETY * math.sqrt(allowed / error)) if error > 0.0 else longest
 
     def _step(self, at: float, target: float, save: bool) -> Step[T] | None:
-        """Take a step, or find that it must be shorter; set `ending` if nothing follows."""
+        """Take a step, or return None if it fails; set `ending` if no step follows."""
         length, travel = target - at, self._segment.travel_mm(target)
         shortest = length / 2.0 < self._segment.shortest
         outcome = self._attempt(length)
@@ -259,7 +263,7 @@ class QuasiStatic(Generic[T]):
         return Step(travel, time_s, measured, outcome.iterations, save, jump)
 
     def _change(self, length: float) -> float:
-        """Return by what travel, mm, or in a hold by what time, s, a step changes."""
+        """Return the change of travel in a step, mm, or in a hold its duration, s."""
         return length if self._segment.holds else self._segment.direction * length
 
     def _attempt(self, length: float) -> NewtonOutcome:
@@ -275,14 +279,14 @@ class QuasiStatic(Generic[T]):
         return outcome
 
     def _start(self, length: float) -> None:
-        """Go to the last accepted state, or at first to where all cylinders touch."""
+        """Restore the last accepted state, or before the first step set the first guess."""
         if self._segment.is_first and self._last_length == 0.0:
             self._problem.first_guess(self._segment.direction * length)
         else:
             self._u[:] = self._last
 
     def _relax(self, length: float) -> NewtonOutcome:
-        """Let the structure move from where a step starts to where it rests."""
+        """Let the structure move from the start of a step until it comes to rest."""
         self._start(length)
         limit = UPDATE_LIMIT * self._settings.max_step_mm
         if self._motion is None:
@@ -315,12 +319,12 @@ class QuasiStatic(Generic[T]):
         released = work - stored - rubbed - dissipated
         scale = self._work_Nmm if self._segment.holds else work
         least = max(WORK_SHARE * abs(scale), STORED_SHARE * measured.stored_energy_Nmm)
-        if released <= least or before.force_N == 0.0:  # the rule is no good for the first touch
+        if released <= least or before.force_N == 0.0:  # the rule is not valid at first touch
             return None
         return Jump(travel, released, before.force_N, measured.force_N)
 
     def _misses(self, measured: T) -> bool:
-        """Return whether the drive has gone into the structure; going back, it may lift off."""
+        """Return whether contact was missed; on the way back the drive may lift off."""
         return self._segment.direction > 0.0 and measured.misses_contact
 
     def _ending(self, at: float, measured: T) -> Ending | None:
@@ -333,7 +337,7 @@ class QuasiStatic(Generic[T]):
         return Ending("completed") if segment.is_last and at >= segment.length else None
 
     def _accept(self, length: float, step: Step[T]) -> None:
-        # the direction of a jump does not tell that of the path behind it
+        # the direction of a jump says nothing about that of the path after it
         change = self._change(length)
         if not self._segment.holds:
             self._work_Nmm = self._work(length, step.observables)

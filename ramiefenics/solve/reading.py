@@ -1,4 +1,4 @@
-"""The folder of a simulation, read back."""
+"""Reading of results from their folders."""
 
 from __future__ import annotations
 
@@ -17,23 +17,22 @@ from ramiefenics.specification import BendingTest, SpecificationError, read_test
 
 
 def read_folder(folder: str | Path) -> Result:
-    """Read what `write_folder` has written of a result.
+    """Read a result from the folder that `write_folder` has written.
 
     Parameters
     ----------
     folder
-        Of results.
+        Folder of results.
 
     Returns
     -------
     Result
-        A `BendingResult` without the fields of its snapshots; a `StoredResult` of what any other
-        result told.
+        A `BendingResult` without snapshots, or a `StoredResult` for any other kind of result.
 
     Raises
     ------
     SpecificationError
-        If it is no such folder, or a file in it cannot be read.
+        If it is not such a folder, or a file in it cannot be read.
     """
     folder = Path(folder)
     if summary_of(folder)["folder"]["result"] == BendingResult.__name__:
@@ -42,17 +41,17 @@ def read_folder(folder: str | Path) -> Result:
 
 
 def read_bend(folder: str | Path) -> BendingResult:
-    """Read the folder of a simulation.
+    """Read the result of a simulation from its folder.
 
     Parameters
     ----------
     folder
-        Of results, as `ramiefenics bend` writes them.
+        Folder of results, as written by `ramiefenics bend`.
 
     Raises
     ------
     SpecificationError
-        If it is no such folder, or a file in it cannot be read.
+        If it is not such a folder, or a file in it cannot be read.
     """
     folder = Path(folder)
     if missing := [name for name in FILES if not (folder / name).is_file()]:
@@ -74,7 +73,7 @@ def read_bend(folder: str | Path) -> BendingResult:
 
 
 def _result(test: BendingTest, curve: pd.DataFrame, told: dict[str, Any]) -> BendingResult:
-    """Return what was told of one test."""
+    """Return the result of one test from its curve and its part of the summary."""
     statistics = Statistics(**{name: told[name] for name in Statistics.__dataclass_fields__})
     jumps = tuple(Jump(**jump) for jump in told["jumps"])
     return BendingResult(test, curve, (), statistics, Ending(**told["ending"]), jumps)

@@ -1,11 +1,11 @@
 """Dynamic relaxation at a fixed position of the drive, from one equilibrium path to the next.
 
-Where a path turns back, no equilibrium is left nearby, and a real structure jumps. It is followed
-here by ``M a + R(u) = 0`` and the backward Euler method, whose steps grow as long as they are easy:
-inertia keeps the solution of each step near the last one, the method takes the kinetic energy
-away, and the limit of long steps is equilibrium. Steps are measured by the structure's own
-periods, so only the distribution of the mass matters, not its amount; the path of the jump is one
-of many, where it ends is an equilibrium as any other.
+Where a path turns back, no equilibrium is left nearby, and a real structure jumps. The motion is
+followed by ``M a + R(u) = 0`` and the backward Euler method, with time steps that grow as long as
+they converge easily. Inertia keeps the solution of each step near the last one, the method
+dissipates the kinetic energy, and the limit of long steps is equilibrium. Time steps are
+proportional to the structure's own periods, so only the distribution of the mass matters, not its
+amount. The path of the jump is one of many, but it ends in an equilibrium like any other.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from ramiefenics.solve.mass import lumped_mass
 from ramiefenics.solve.newton import Inertia, Newton, NewtonOutcome
 
 FIRST_SHARE = 1.0
-"""Inertia over stiffness in the diagonal of the first time step's matrix: a step so short that it
-does not leap over a barrier to a farther equilibrium."""
+"""Ratio of inertia to stiffness in the diagonal of the first time step's matrix. The step is so
+short that it does not leap over a barrier to a farther equilibrium."""
 
 EASY_ITERATIONS = 5
-"""A time step that took no more lets the next one be twice as long."""
+"""Largest number of iterations of a time step after which the next one is twice as long."""
 
 MAX_TIME_STEPS = 100
-"""Where to give up, failed ones included."""
+"""Number of time steps, failed ones included, after which the relaxation fails."""
 
 ENERGY_ERROR = 1e-3
-"""Relative rise of the energy that is no motion uphill: contact by Nitsche's method conserves
-energy only up to what the mesh can resolve."""
+"""Relative rise of the energy that does not yet count as motion uphill. Contact by Nitsche's method
+conserves energy only up to what the mesh can resolve."""
 
 
 class DynamicRelaxation:
-    """Lets a structure move until it rests.
+    """Lets a structure move until it comes to rest.
 
     Parameters
     ----------
     problem
-        The structure; solved in place.
+        The structure; its displacement is updated in place.
     newton
-        Solves its equations.
+        Solver of its equations.
     """
 
     def __init__(self, problem: Driven, newton: Newton) -> None:
@@ -64,7 +64,7 @@ class DynamicRelaxation:
         tolerance_N, largest_update_mm
             As for `Newton.solve`.
         on_way
-            Called where friction and material are to remember the current state.
+            Called before friction and material store a state on the way.
         """
         u = self._problem.displacement.x.petsc_vec
         self._velocity.set(0.0)
@@ -79,7 +79,7 @@ class DynamicRelaxation:
             iterations += outcome.iterations
             self._work.waxpy(-1.0, self._before, u)
             after = self._energy(time_step)
-            # contact's own energy is not counted: where it pushes, shorter steps show a rise too
+            # the energy of contact is not counted: where it pushes, even short steps show a rise
             uphill = time_step > first and after > energy * (1.0 + ENERGY_ERROR)
             if not outcome.converged or uphill:
                 self._before.copy(u)
@@ -99,7 +99,7 @@ class DynamicRelaxation:
         return NewtonOutcome(False, iterations, residual, "dynamic relaxation did not come to rest")
 
     def _energy(self, time_step: float) -> float:
-        """Return stored and kinetic energy after a time step of the change in the work vector."""
+        """Return stored plus kinetic energy after a time step, whose motion is in `_work`."""
         stored = self._problem.stored_energy()
         stored = self._mass.comm.tompi4py().allreduce(stored, op=MPI.SUM)
         self._predicted.pointwiseMult(self._mass, self._work)

@@ -1,4 +1,4 @@
-"""Solving, unless the solution is known from an earlier run."""
+"""Nonlinear solves, replaced by solutions of an earlier run where these are known."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from ramiefenics.solve.newton import Newton, NewtonOutcome
 from ramiefenics.solve.solutions import Array, Solution, Solutions
 
 Solve: TypeAlias = Callable[[Callable[[], None]], NewtonOutcome]
-"""Solves; calls what it is given where friction and material are to remember the state on its way.
-"""
+"""Function that solves; it calls its argument before friction and material store a state."""
 
 
 class Repeating:
-    """Solves attempts at steps, or repeats them from their solutions.
+    """Solves attempted steps, or repeats them from stored solutions.
 
     Parameters
     ----------
     problem, newton
-        The structure, and what solves its equations.
+        The structure, and the solver of its equations.
     solutions
-        Those there are, and where new ones go; none by default.
+        Stored solutions, to which new ones are added; none by default.
     """
 
     def __init__(self, problem: Driven, newton: Newton, solutions: Solutions | None) -> None:
@@ -38,7 +37,7 @@ class Repeating:
             solutions.start([space.dofmap.list, geometry_nodes(mesh), mesh.geometry.x])
 
     def solved(self, solve: Solve) -> NewtonOutcome:
-        """Return how an attempt ended; the problem is in the state that it found."""
+        """Return the outcome of an attempt; the problem is left in the state that it found."""
         if self._solutions is None:
             return solve(lambda: None)
         known = self._solutions.next()
@@ -62,7 +61,7 @@ class Repeating:
         return outcome
 
     def _repeat(self, solution: Solution, factorise: bool) -> NewtonOutcome:
-        """Go where an attempt went; if it made the factors to go on with, make them again."""
+        """Repeat an attempt; if the run is to continue with its factors, make them again."""
         tangent = self._newton.tangent
         if not self._begun:
             tangent.begin()
@@ -71,7 +70,7 @@ class Repeating:
             self._u[:] = solution.factorised_at
             tangent.factorise()
         for number, displacement in enumerate(solution.path):
-            if number > 0:  # the last one is remembered when the step is accepted
+            if number > 0:  # the last state is stored when the step is accepted
                 self._problem.remember()
             self._u[:] = displacement
         tangent.iterations = solution.linear_iterations

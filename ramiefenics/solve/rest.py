@@ -1,4 +1,4 @@
-"""A stalk with growth stress finds its rest before anything touches it."""
+"""Equilibrium of a stalk with growth stress before anything touches it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ramiefenics.specification import SpecificationError
 
 
 def come_to_rest(problem: BendingProblem) -> None:
-    """Let a stalk come to rest; one without growth stress is at rest.
+    """Bring a stalk to equilibrium; one without growth stress is in equilibrium already.
 
-    Its cut ends are free, and beneath them the stress decays.
+    Its cut ends are free, and the stress decays towards them.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a simulation gives back."""
+"""Result of a quasi-static simulation."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ LOSSES = {
     "stretch": "compression passes the law's limit, its stress falls",
     "ellipticity": "the material loses strong ellipticity, the answer depends on the mesh",
 }
-"""Properties that a law may lose, and what that means."""
+"""Properties that a material may lose, and what the loss means."""
 
 UNBALANCED = 0.05
-"""Share of the indenter's work that may be missing: the trapezoidal rule over default steps loses
-less than a hundredth."""
+"""Share of the indenter's work that may remain unaccounted for without a note. The trapezoidal rule
+over default steps loses less than a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,16 @@ class Statistics:
     Attributes
     ----------
     dofs, cells
-        Size of the model.
+        Numbers of degrees of freedom and of cells.
     steps, newton_iterations, linear_iterations, cut_backs
-        Work done; iterations of failed attempts included.
+        Numbers of steps, iterations and cut-backs; iterations of failed attempts included.
     wall_s
-        Time from specification to result.
+        Wall time from specification to result.
     ranks
-        MPI ranks.
+        Number of MPI ranks.
     repeated
-        Nonlinear solves taken over from an earlier run of the same test, which counts above as if
-        it had been done now, but for the time.
+        Number of nonlinear solves taken from an earlier run of the same test. The other numbers,
+        except the time, count them as if they had been done now.
     """
 
     dofs: int
@@ -70,7 +70,7 @@ class Statistics:
 
 @dataclass(frozen=True, repr=False)
 class BendingResult(Result):
-    """A simulated test; on ranks other than the first, without snapshots.
+    """Result of a simulated test; on ranks other than the first, without snapshots.
 
     Attributes
     ----------
@@ -78,19 +78,19 @@ class BendingResult(Result):
         The specification.
     curve
         One row per converged step, from zero travel on: ``displacement_mm`` of the indenter,
-        ``recorded_displacement_mm`` and ``recorded_force_N`` by the machine, ``time_s``, the
-        fields of `Observables`, and ``indenter_work_Nmm``.
+        ``recorded_displacement_mm`` and ``recorded_force_N`` of the machine, ``time_s``, the
+        fields of `Observables`, ``newton_iterations`` and ``indenter_work_Nmm``.
     snapshots
-        Full fields at the travels that the protocol names.
+        Full fields at the travels at which the protocol saves them.
     statistics
-        Cost.
+        Cost of the run.
     ending
-        Whether the whole path was followed, else why not.
+        Whether the whole path was followed, and if not, why.
     jumps
-        Dynamic transitions on the way.
+        Jumps on the way, each from one equilibrium to another.
     further
-        Tests of the same stalk afterwards, each a result like this one; fewer than `test` has where
-        one before was not completed.
+        Results of later tests of the same stalk. They are fewer than in `test` if one of the tests
+        was not completed.
     """
 
     title: ClassVar[str] = "Bending test"
@@ -105,28 +105,28 @@ class BendingResult(Result):
 
     @property
     def completed(self) -> bool:
-        """Whether the whole path was followed, and that of all further tests."""
+        """Whether the whole path of this test, and of all further tests, was followed."""
         done = len(self.further) == len(self.test.further)
         return self.ending.kind == "completed" and done and all(r.completed for r in self.further)
 
     @property
     def later(self) -> dict[int, BendingResult]:
-        """The further tests by their numbers: the second test of the stalk is 2."""
+        """Further tests by number; the second test of the stalk is number 2."""
         return dict(enumerate(self.further, start=2))
 
     @property
     def loading(self) -> pd.DataFrame:
-        """The part of the curve where the indenter is farther than ever before."""
+        """Part of the curve where the indenter is farther than ever before."""
         travel = self.curve["displacement_mm"]
         return self.curve[travel > travel.cummax().shift(fill_value=-1.0)]
 
     @property
     def losses_mm(self) -> dict[str, float]:
-        """Travel at the first step at which a property is found lost; none if never.
+        """Travel at the first step at which a property is found lost; no entry if it never is.
 
-        The keys are those of `LOSSES`: J is not positive, some principal stretch is below
-        `Law.least_stretch`, the acoustic tensor has an eigenvalue that is not positive, which is
-        sought at saved steps.
+        The keys are those of `LOSSES`. In turn they mean that J is not positive, that a principal
+        stretch is not above `Law.least_stretch`, and that the acoustic tensor has an eigenvalue
+        that is not positive. The last is only checked at saved steps.
         """
         curve = self.curve
         lost = {
@@ -142,20 +142,20 @@ class BendingResult(Result):
 
     @property
     def peak(self) -> Peak:
-        """The force maximum of the loading, its place, plateau and error of step."""
+        """Maximum force of the loading, with its position, plateau and step error."""
         loading = self.loading
         travel, force = (loading[name].to_numpy() for name in ("displacement_mm", "force_N"))
         return find_peak(travel, force, [jump.displacement_mm for jump in self.jumps])
 
     @property
     def mesh_error_N(self) -> float | None:
-        """What the mesh makes of the maximum, as its recipe did elsewhere; None if not measured."""
+        """Error of the maximum due to the mesh, as measured for its recipe; None if it was not."""
         share = self.test.numerics.mesh.max_force_error
         return None if share is None else share * self.max_force_N
 
     @property
     def max_force_N(self) -> float:
-        """Largest force, see `find_peak`."""
+        """Largest force; see `find_peak`."""
         return self.peak.force_N
 
     @property
@@ -174,7 +174,7 @@ class BendingResult(Result):
         return secant_slope(self.loading["displacement_mm"], self.loading["force_N"])
 
     def findings(self) -> list[str]:
-        """Return the largest force, its error, and what it cost."""
+        """Return the largest force, its error, and the cost of the run."""
         peak, mesh, cost = self.peak, self.mesh_error_N, self.statistics
         first, last = peak.plateau_mm
         kept = f" beside {cost.repeated} solves kept from an earlier run" if cost.repeated else ""
@@ -199,7 +199,7 @@ class BendingResult(Result):
         ]
 
     def notes(self) -> list[str]:
-        """Return what the material loses, a closed void, jumps, and why it ended."""
+        """Return losses of the material, a closed void, jumps, imbalance, and why it ended."""
         lost = [
             f"{LOSSES[n]}, at the latest from {at:.2f} mm of travel on"
             for n, at in self.losses_mm.items()
@@ -221,7 +221,7 @@ class BendingResult(Result):
         return [*lost, *self._unsearched(), *meeting, *jumps, *self._unbalanced(), *ended, *later]
 
     def _unbalanced(self) -> list[str]:
-        """Return by how much the energies miss the indenter's work, if by much."""
+        """Return by how much the energies differ from the indenter's work, if by much."""
         share = self._energy_imbalance()
         if share is None or abs(share) <= UNBALANCED:
             return []
@@ -232,18 +232,18 @@ class BendingResult(Result):
         ]
 
     def _energy_imbalance(self) -> float | None:
-        """Return what of the indenter's work is not accounted for, over the largest work."""
+        """Return the part of the indenter's work not accounted for, relative to its maximum."""
         work = self.curve["indenter_work_Nmm"]
         if not work.max() > 0.0:
             return None
         kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
         released = sum(jump.energy_released_Nmm for jump in self.jumps)
-        energies = self.curve[kinds].sum(axis=1)  # of an earlier test there may be some at first
+        energies = self.curve[kinds].sum(axis=1)  # there may be some from an earlier test
         spent = float(energies.iloc[-1] - energies.iloc[0]) + released
         return (float(work.iloc[-1]) - spent) / float(work.max())
 
     def _unsearched(self) -> list[str]:
-        """Return how far strong ellipticity was sought, if a run that ended early is beyond."""
+        """Return how far strong ellipticity was checked, if the run ended early beyond that."""
         if not self.test.numerics.acoustic_check or len(self.curve) == 1:
             return []
         sought = self.curve["min_acoustic_MPa"].notna()
@@ -288,7 +288,7 @@ class BendingResult(Result):
         return {"curve": Table(self.curve, "One row per step."), **later}
 
     def figures(self) -> dict[str, Picture]:
-        """Return the curve; where there are snapshots, section and stalk at the last one."""
+        """Return the force curves and, if there are snapshots, the last section and stalk."""
         from ramiefenics.solve.figures import curve_figure, curves_figure, section_figure
         from ramiefenics.solve.pictures import deformed_figure
 
@@ -316,14 +316,15 @@ class BendingResult(Result):
         name: str | None = None,
         measured: pd.DataFrame | str | Path | Mapping[str, pd.DataFrame] | None = None,
     ) -> Figure:
-        """Draw a figure, the force curve by default, measured curves beside it.
+        """Draw a figure, or the force curve with measured curves.
 
         Parameters
         ----------
         name
-            As in `figures`.
+            Name of the figure, as in `figures`; by default the force curve. It is not used if
+            `measured` is given.
         measured
-            A table with ``displacement_mm`` and ``force_N``, its CSV file, or several by name,
+            Table with ``displacement_mm`` and ``force_N``, its CSV file, or several tables by name,
             such as `Dataset.curves`.
         """
         if measured is None:
@@ -337,19 +338,19 @@ class BendingResult(Result):
         return curve_figure(self, measured)
 
     def view(self, number: int = -1) -> pv.Plotter:
-        """Return the stalk in a saved state as a scene to turn, see `ramiefenics.view`."""
+        """Return the stalk in a saved state as an interactive scene; see `ramiefenics.view`."""
         from ramiefenics.solve.pictures import view
 
         return view(self, number)
 
     def animate(self, path: str | Path, seconds: float = 5.0) -> Path:
-        """Write a film of the bend, see `ramiefenics.animate`."""
+        """Write an animation of the test; see `ramiefenics.animate`."""
         from ramiefenics.solve.animation import animate
 
         return animate(self, path, seconds)
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return what was simulated."""
+        """Return the simulated specification."""
         return {"specification": self.test}
 
     def write_more(self, folder: Path) -> None:
@@ -363,7 +364,7 @@ class BendingResult(Result):
 
 
 def _measured(path: Path) -> pd.DataFrame:
-    """Read a measured curve."""
+    """Read a measured curve from a CSV file."""
     try:
         table = pd.read_csv(io.BytesIO(read_bytes(path)))
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""A plane through the stalk, with the curved edges of its elements and a continuous stress."""
+"""Plane section of the stalk, with the curved edges of its elements and a continuous stress."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ramiefenics.specification import Stalk
 Array = NDArray[np.floating[Any]]
 
 FINE = 9
-"""Points along the edge of an element's face."""
+"""Number of points along an edge of an element's face."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """The face of an element that lies in the plane.
+    """Face of an element that lies in the plane.
 
     Attributes
     ----------
     at_mm, now_mm
         X and Y of its points, undeformed and deformed, shape (k, k, 2).
     stress_MPa
-        Axial stress at these, shape (k, k).
+        Axial stress at its points, shape (k, k).
     layer
-        1 for the innermost.
+        Number of its layer, 1 for the innermost.
     """
 
     at_mm: Array
@@ -40,18 +40,18 @@ class Patch:
     layer: int
 
     def edges(self, deformed: bool = True) -> list[Array]:
-        """Return its four edges, shape (k, 2) each."""
+        """Return the four edges of the face, shape (k, 2) each."""
         x = self.now_mm if deformed else self.at_mm
         return [x[0], x[-1], x[:, 0], x[:, -1]]
 
     def mirrored(self) -> Patch:
-        """Return it on the other side of X = 0."""
+        """Return the mirror image of the face on the other side of X = 0."""
         flip = np.array([-1.0, 1.0])
         return Patch(self.at_mm * flip, self.now_mm * flip, self.stress_MPa, self.layer)
 
 
 def section(snapshot: Snapshot, stalk: Stalk, z_mm: float) -> list[Patch]:
-    """Return the faces in the plane Z = z_mm, of the elements behind it."""
+    """Return the faces in the plane Z = z_mm of the elements at larger Z."""
     grid = snapshot.body
     nodes = lattices(grid)
     straight = straightened(stalk, grid.points)[:, 2]
@@ -74,7 +74,7 @@ def section(snapshot: Snapshot, stalk: Stalk, z_mm: float) -> list[Patch]:
 
 
 def lattices(grid: Grid) -> NDArray[np.int64]:
-    """Return the points of every element by their places in it, shape (c, n, n, n)."""
+    """Return the points of every element by their position in it, shape (c, n, n, n)."""
     order = grid.order
     pieces = grid.cells.reshape(-1, *3 * (order,), 8)
     nodes = np.zeros((len(pieces), *3 * (order + 1,)), dtype=np.int64)
@@ -87,15 +87,15 @@ def lattices(grid: Grid) -> NDArray[np.int64]:
 def at_nodes(grid: Grid, name: str) -> Array:
     """Return a field at the points of every element, shape (c, n, n, n).
 
-    Within an element of second order it is linear between the pieces' middles; at points of
-    several elements of one layer it is their mean.
+    Within an element of second order the field is linear between the middles of the pieces. At
+    points that several elements of one layer share, it is the mean of their values.
     """
     nodes, order = lattices(grid), grid.order
     values = grid.cell_data[name].reshape(-1, *3 * (order,)).astype(float)
     basis = _lagrange(np.linspace(0.0, 1.0, order + 1), (np.arange(order) + 0.5) / order)
     own = np.einsum("ia,jb,kc,eabc->eijk", basis, basis, basis, values)
     layers = grid.cell_data["layer"].reshape(len(nodes), -1)[:, 0]
-    # ranks have points of their own on common borders
+    # every rank has its own copies of the points on borders between ranks
     points = np.unique(grid.points.round(9), axis=0, return_inverse=True)[1].ravel()
     keys = points[nodes] * (layers.max() + 1) + layers[:, None, None, None]
     _, index = np.unique(keys, return_inverse=True)
@@ -107,13 +107,13 @@ def at_nodes(grid: Grid, name: str) -> Array:
 
 
 def _refined(values: Array) -> Array:
-    """Return values on a face at many points, by its own polynomials; shape (k, k, ...)."""
+    """Return values at many points of a face, by the element's polynomials; shape (k, k, ...)."""
     basis = _lagrange(np.linspace(0.0, 1.0, FINE), np.linspace(0.0, 1.0, len(values)))
     return np.asarray(np.einsum("ia,jb,ab...->ij...", basis, basis, values))
 
 
 def _lagrange(at: Array, nodes: Array) -> Array:
-    """Return Lagrange's polynomials of some nodes at some places, shape (len(at), len(nodes))."""
+    """Return the Lagrange polynomials of nodes at given positions, shape (len(at), len(nodes))."""
     basis = np.ones((len(at), len(nodes)))
     for (k, node), (_, zero) in itertools.permutations(enumerate(nodes), 2):
         basis[:, k] *= (at - zero) / (node - zero)

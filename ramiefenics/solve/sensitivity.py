@@ -1,11 +1,12 @@
-"""Derivatives of the force curve by anything in the specification, from one run.
+"""Derivatives of the force curve with respect to anything in the specification, from one run.
 
 Differentiating the equations ``R(u, a) = 0`` along the path gives ``K u' = - dR/da``: one more
-solve per step with the tangent K of the converged state. What a parameter changes in the residual
-(constants, coordinates of the mesh, the fixture, all that contact remembers of the step before) is
-found without stating any of it: a twin of the problem, made from a specification a small amount a
-away, is carried along the path in the state ``u + a u'``, and the difference of the residuals over
-a is ``dR/da`` at first and the error of u' afterwards, which the factorised tangent corrects.
+solve per step with the tangent K of the converged state. A parameter may change the residual
+through constants, coordinates of the mesh, the fixture and all that contact remembers of the step
+before. None of these changes has to be stated. Instead, a twin of the problem, made from a
+specification that differs by a small amount a, is carried along the path in the state ``u + a u'``.
+The difference of the residuals over a is ``dR/da`` at first, and afterwards the error of u', which
+the factorised tangent corrects.
 """
 
 from __future__ import annotations
@@ -29,31 +30,32 @@ from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.sources import Source, as_test
 
 TWIN_SHARE, DIFFERENCE_SHARE = 1e-4, 0.1
-"""Distance of a twin, and of whole simulations where twins do not serve, over the typical size:
-the former makes residuals linear, the latter is far above the error of a simulated force."""
+"""Change of the parameter in a twin, and in whole simulations where a twin cannot be used, relative
+to the parameter's typical size. The former is small enough for residuals to be linear; the latter
+changes the force by far more than the error of a simulation."""
 
 ACCURACY = 1e-6
-"""Residual of the differentiated equations over their right-hand side, or, where rounding is all
-that is left of it, its change by a typical amount over the force."""
+"""Tolerance on the residual of the differentiated equations, relative to their right-hand side. If
+that is only rounding error, the residual times the typical size is compared with the force."""
 
 MAX_CORRECTIONS = 12
-"""Where to give up: the force is not smooth in this parameter."""
+"""Number of corrections after which the force counts as not smooth in a parameter."""
 
 ENOUGH = 0.5
-"""Share of the parameters in which a force that does not jump is smooth."""
+"""Least share of the parameters in which the force must be smooth if jumps are refused."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """Something that a specification depends on.
+    """Parameter of a specification.
 
     Attributes
     ----------
     change
-        From a specification and an amount to the changed specification; none at zero. If it
-        refuses amounts of one sign, derivatives are one-sided.
+        Function of a specification and an amount that returns the changed specification; zero
+        changes nothing. If it refuses amounts of one sign, derivatives are one-sided.
     typical
-        An amount that matters, in the parameter's unit: the scale of finite differences.
+        Typical amount, in the parameter's unit, by which finite differences are scaled.
     """
 
     change: Callable[[BendingTest, float], BendingTest]
@@ -67,10 +69,10 @@ class Sensitivities:
     Attributes
     ----------
     curve
-        ``displacement_mm``, ``force_N`` and one column per parameter: N per unit of it, at the
-        given displacement.
+        ``displacement_mm``, ``force_N`` and one column per parameter: the derivative of the force
+        at the given displacement, N per unit of the parameter.
     by_differences
-        Parameters for which whole simulations were subtracted.
+        Parameters whose derivatives are differences between whole simulations.
     """
 
     curve: pd.DataFrame
@@ -83,28 +85,28 @@ def sensitivities(
     comm: MPI.Comm | None = None,
     jumps: bool = True,
 ) -> Sensitivities:
-    """Simulate, and differentiate the force curve by parameters.
+    """Simulate a test, and differentiate its force curve with respect to parameters.
 
-    Where a parameter changes the domain, the mesh's topology or, on several ranks, its
-    distribution, where the stalk jumps, and where the differentiated equations do not converge,
-    simulations on either side are subtracted instead.
+    The derivative is the difference between whole simulations on either side if a parameter changes
+    the domain, the mesh's topology or, on several ranks, its distribution, if the stalk jumps, or
+    if the differentiated equations do not converge.
 
     Parameters
     ----------
     test
         The specification, its TOML file, or the name of a published one.
     parameters
-        By name.
+        Parameters by name.
     comm
         MPI communicator, all of whose ranks call; the world by default.
     jumps
-        Whether a stalk may jump, come to rest by motion, or have a force that is not smooth in
-        most parameters: differences take two simulations for each.
+        Whether the stalk may jump, come to rest by motion, or have a force that is not smooth in
+        most parameters. Each derivative affected then takes two more simulations.
 
     Raises
     ------
     SpecificationError
-        If the path has more than a loading, or jumps and must not.
+        If the path is more than a single loading, or if the stalk does what `jumps` excludes.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     test = as_test(test).alone
@@ -149,7 +151,7 @@ def _not_smooth(travel_mm: float) -> SpecificationError:
 
 
 class _Twin:
-    """A problem a little way along a parameter, followed beside the base."""
+    """Problem with a slightly different parameter that follows the base problem."""
 
     def __init__(
         self, base: BendingProblem, twin: BendingProblem, typical: float, amount: float
@@ -164,7 +166,7 @@ class _Twin:
 
     @classmethod
     def make(cls, base: BendingProblem, parameter: Parameter) -> _Twin | None:
-        """Return the twin, or None if it has another mesh topology."""
+        """Return the twin, or None if it has another domain or mesh topology."""
         comm = base.tube.mesh.comm
         low, high = _either_side(base.test, parameter, TWIN_SHARE)
         amount = high or low
@@ -177,7 +179,7 @@ class _Twin:
         return cls(base, twin, parameter.typical, amount) if same else None
 
     def go_on(self, length: float, residual: PETSc.Vec) -> None:
-        """Make a step with the base, which has converged and has that residual."""
+        """Follow a step of the base, which has converged with the given residual."""
         if self._started:
             self._twin.accept()
         self._twin.place(length, length / self._twin.test.protocol.speed_mm_per_s)
@@ -186,22 +188,22 @@ class _Twin:
 
     @property
     def error(self) -> Array:
-        """Residual of the differentiated equations, as much of it as this rank has, shape (n,)."""
+        """Residual of the differentiated equations, this rank's part of it, shape (n,)."""
         return np.asarray(self._residual.array_r)
 
     @property
     def converged(self) -> bool:
-        """Whether no correction is needed, or would help."""
+        """Whether no further correction is needed, or none would help."""
         *_, before, now = self._sizes
         return now <= ACCURACY * self._sizes[0] or now > 0.5 * before
 
     def correct(self, correction: Array, residual: PETSc.Vec) -> None:
-        """Take an error off the displacement's derivative."""
+        """Subtract a correction from the derivative of the displacement."""
         self._rate.array -= correction
         self._sizes.append(self._difference(residual))
 
     def is_smooth(self, force_N: float) -> bool:
-        """Return whether the derivative is accurate, where the base has that force."""
+        """Return whether the derivative is accurate, given the force of the base."""
         return self._sizes[-1] <= ACCURACY * max(self._sizes[0], abs(force_N) / self._typical)
 
     def slope(self, force_N: float) -> float:
@@ -209,7 +211,7 @@ class _Twin:
         return (self._twin.forces(self._twin.contact.sums())[0] - force_N) / self._amount
 
     def _difference(self, residual: PETSc.Vec) -> float:
-        """Put the twin in place; evaluate the residual's derivative and return its norm."""
+        """Update the twin's state, evaluate the residual's derivative and return its norm."""
         u = self._twin.displacement.x
         u.petsc_vec.waxpy(self._amount, self._rate, self._base.displacement.x.petsc_vec)
         u.scatter_forward()
@@ -222,21 +224,21 @@ class _Twin:
 def _follow(
     twins: Mapping[str, _Twin], length: float, force_N: float, residual: PETSc.Vec, tangent: Tangent
 ) -> dict[str, float]:
-    """Take twins along with the base, which has converged.
+    """Follow a step of the base, which has converged, with the twins.
 
     Parameters
     ----------
     twins
-        By name.
+        Twins by name of the parameter.
     length
-        Of the step, mm.
+        Length of the step, mm.
     force_N, residual, tangent
-        Of the base; the last one factorised.
+        Force, residual and factorised tangent of the base.
 
     Returns
     -------
     dict
-        Derivatives of the force, N per unit, where it is smooth.
+        Derivatives of the force, N per unit, for the parameters in which it is smooth.
     """
     if length == 0.0:
         return dict.fromkeys(twins, 0.0)
@@ -254,7 +256,7 @@ def _follow(
 
 
 def _same_mesh(one: BendingTest, other: BendingTest) -> bool:
-    """Return whether specifications differ by materials, law and friction at most."""
+    """Return whether specifications differ in materials, law and friction at most."""
     if len(one.stalk.layers) != len(other.stalk.layers):
         return False
     pairs = zip(other.stalk.layers, one.stalk.layers, strict=True)
@@ -265,7 +267,7 @@ def _same_mesh(one: BendingTest, other: BendingTest) -> bool:
 
 
 def _either_side(test: BendingTest, parameter: Parameter, share: float) -> tuple[float, float]:
-    """Return two amounts around zero, or zero and one on the side that is allowed."""
+    """Return an amount on either side of zero, with zero in place of one that is refused."""
     amount = share * parameter.typical
     sides = []
     for side in (-amount, amount):

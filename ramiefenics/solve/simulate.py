@@ -1,4 +1,4 @@
-"""The one function that maps a specification to a result."""
+"""Simulation of bending tests, from a specification to a result."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def simulate(
     solutions: Solutions | None = None,
     **changes: Any,
 ) -> BendingResult:
-    """Bend a stalk.
+    """Simulate the bending of a stalk.
 
     The first Ctrl-C ends the run after the current step, and the result holds everything up to
     there.
@@ -51,33 +51,33 @@ def simulate(
     on_step
         Called after every converged step, on all ranks, for instance to show progress.
     tube
-        A mesh of the stalk to use in place of the recipe's, from wherever it comes; not where there
-        are further tests.
+        Mesh of the stalk from any source, to use in place of the recipe's; refused if there are
+        further tests.
     solutions
-        Of the same test, as far as it got before, further tests included: it goes on from there,
-        to the bit.
+        Solutions stored by an earlier run of the same test, further tests included. The run
+        continues from there, and its result is that of an uninterrupted run, to the bit.
     changes
-        Of the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
+        Changes to the specification, see `as_test`: ``simulate("table3", mesh="screening")``.
 
     Returns
     -------
     BendingResult
-        Complete, or up to where it ended before: `BendingResult.ending` tells. Of further tests,
-        those before which all were completed.
+        The whole result, or that up to the point where the run ended early, see
+        `BendingResult.ending`. A further test is included if all tests before it were completed.
 
     Raises
     ------
     SpecificationError
-        If the law cannot take a layer's constants, or growth stress leaves the stalk no rest; if a
-        name, a file or a change is refused.
+        If the law cannot take a layer's constants, or growth stress leaves the stalk without an
+        equilibrium; if a name, a file or a change is refused.
     """
     test = as_test(test, **changes)
     comm = MPI.COMM_WORLD if comm is None else comm
     if tube is not None and test.further:
         raise SpecificationError("tube", None, "must be left out where there are further tests")
     done, meshes = _bend_all(test, comm, on_step, solutions, tube)
-    if comm.size > 1:  # there PETSc frees what Python has dropped only when asked, by all ranks
-        gc.collect()  # drop cycles too
+    if comm.size > 1:  # there PETSc frees dropped objects only when all ranks ask for it
+        gc.collect()  # drop reference cycles, too
         for mesh in meshes:
             PETSc.garbage_cleanup(mesh.comm)
     return dataclasses.replace(done[0], test=test, further=tuple(done[1:]))
@@ -90,7 +90,7 @@ def _bend_all(
     solutions: Solutions | None,
     tube: TubeMesh | None,
 ) -> tuple[list[BendingResult], list[Mesh]]:
-    """Follow the paths of all tests of a stalk; return results and meshes."""
+    """Simulate all tests of a stalk; return their results and meshes."""
     start = time.perf_counter()
     first, *further = test.tests
     cylinders = [cylinder for one in test.tests for cylinder in one.fixture.cylinders]
@@ -116,7 +116,7 @@ def _bend(
     on_step: Callable[[Step[Observables]], None] | None,
     solutions: Solutions | None,
 ) -> BendingResult:
-    """Follow the path of a test from rest; its wall time began at `start`."""
+    """Simulate one test; its wall time is counted from `start`."""
     test, comm = problem.test, problem.tube.mesh.comm
     observer = Observer(problem)
     camera = Camera(problem, observer)
@@ -147,7 +147,7 @@ def _bend(
     statistics = _statistics(problem, stepper, len(steps) - 1, wall_s, repeated)
     kept = tuple(snapshot for snapshot in snapshots if snapshot is not None)
     ending = interrupted or stepper.ending
-    assert ending is not None  # or the steps would go on
+    assert ending is not None  # otherwise the steps would go on
     log.info("%s %s", ending.kind, ending.reason)
     jumps = tuple(step.jump for step in steps if step.jump is not None)
     return BendingResult(test, _curve(test, steps), kept, statistics, ending, jumps)
@@ -175,7 +175,7 @@ def _statistics(
 
 
 def _curve(test: BendingTest, steps: list[Step[Observables]]) -> pd.DataFrame:
-    """Tabulate steps, starting from the untouched stalk, and sum up works."""
+    """Tabulate the steps, from the unloaded stalk on, and integrate the indenter's work."""
     curve = pd.DataFrame([dataclasses.asdict(step.observables) for step in steps])
     curve.insert(0, "displacement_mm", [step.travel_mm for step in steps])
     curve.insert(1, "time_s", [step.time_s for step in steps])

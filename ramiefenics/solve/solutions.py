@@ -1,9 +1,9 @@
-"""Solutions of a run's steps on disk, by which an interrupted run is taken up again.
+"""Stored solutions of a run's steps, from which an interrupted run is resumed.
 
-A run is repeated from its solutions: every step gets the displacement that was found, without
+A run is repeated from its solutions: every step receives the displacement that was found, without
 solving for it, and friction, material memory and the choice of steps follow from that as they did
-the first time. So nothing else need be kept but where the tangent was factorised last, and the run
-goes on to the bit as it would have done.
+the first time. All that has to be stored besides is the displacement at which the tangent was last
+factorised. The result is then that of an uninterrupted run, to the bit.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ log = logging.getLogger(__name__)
 Array = NDArray[np.floating[Any]]
 
 LENGTH, CHECKSUM = 8, 32
-"""Bytes before each solution that say how long it is, and by which it is checked."""
+"""Numbers of bytes before each solution that hold its length and its checksum."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What came of an attempt at a step.
+    """Solution of an attempted step.
 
     Attributes
     ----------
     outcome
-        How it ended.
+        How the solve ended.
     path
         Displacements that friction and material remember, shape (k, n): those on the way of a
-        motion, and where it ended.
+        motion, and the last one. It is empty if the attempt failed.
     linear_iterations
-        So far in the run.
+        Linear iterations of the run so far.
     factorised
-        Whether the tangent's factors are of further use.
+        Whether the next solve can use the tangent's factors.
     factorised_at
         Displacement at which they were made in this attempt, shape (n,); empty if they were not.
     """
@@ -59,25 +59,25 @@ class Solution:
 
 
 class Solutions:
-    """Solutions of one run on this rank: those there are, and those that are added.
+    """Solutions of one run on this rank: those stored before, and those added now.
 
     Parameters
     ----------
     path
-        File of this rank; made if it does not exist. From where it is damaged on, it is not read.
-        Those of further tests of the stalk have its name and a number.
+        File of this rank; created if it does not exist. It is read up to the point where it is
+        damaged. The files of further tests of the stalk have the same name with a number appended.
     comm
-        All ranks of the run.
+        MPI communicator of the run.
 
     Attributes
     ----------
     kept
-        How many solutions all ranks had at the start.
+        Number of solutions that all ranks had at the start.
 
     Raises
     ------
     OSError
-        If it cannot be read or written.
+        If the file cannot be read or written.
     """
 
     def __init__(self, path: Path, comm: MPI.Comm) -> None:
@@ -88,9 +88,10 @@ class Solutions:
         self.kept, self._factors, self._next, self._heading = 0, -1, 0, b""
 
     def of_further(self) -> Solutions | None:
-        """Return those of the stalk's next test, closed with these; collective.
+        """Return the solutions of the stalk's next test, which are closed with these; collective.
 
-        None where the file system refuses: that is told, and that test cannot be taken up again.
+        Where the file system refuses, the result is None. A warning is then logged, and that test
+        cannot be resumed.
         """
         path, further = self._path.with_name(f"{self._path.name}.{len(self._further) + 2}"), None
         try:
@@ -101,13 +102,13 @@ class Solutions:
         return further if self._comm.allreduce(further is not None, op=MPI.LAND) else None
 
     def start(self, numbers: Sequence[NDArray[Any]]) -> None:
-        """Look for solutions of these unknowns, and forget those of others; collective.
+        """Look for solutions of these unknowns, and discard those of others; collective.
 
         Parameters
         ----------
         numbers
-            What the unknowns' numbers on this rank mean: those of each cell, and where the cells
-            are. Another partition of the mesh, or another numbering, has others.
+            Arrays that define the numbering of this rank's unknowns: their numbers in each cell,
+            and the positions of the cells. They differ for another partition or numbering.
         """
         assert self._file is not None
         numbering = hashlib.sha256()
@@ -123,7 +124,10 @@ class Solutions:
         self._file.seek(CHECKSUM if self.kept else end)
 
     def next(self) -> tuple[Solution, bool] | None:
-        """Return the next solution there is, and whether its factors are those to go on with."""
+        """Return the next stored solution, and whether the run continues with its factors.
+
+        The result is None if there are no more.
+        """
         if self._next == self.kept or self._file is None:
             return None
         content = _read(self._file)
@@ -132,7 +136,7 @@ class Solutions:
         return _unpacked(content), self._next - 1 == self._factors
 
     def add(self, solution: Solution) -> None:
-        """Keep a solution; where the disk is full, that is told, and no more are kept."""
+        """Store a solution; if the disk is full, log a warning and store no more."""
         if self._file is None:
             return
         content = _packed(solution)
@@ -150,13 +154,16 @@ class Solutions:
         for solutions in self._further:
             solutions.close()
         if self._file is not None:
-            with suppress(OSError):  # of a full disk, told before
+            with suppress(OSError):  # of a full disk, logged before
                 self._file.close()
             self._file = None
 
 
 def _scan(file: BinaryIO, comm: MPI.Comm) -> tuple[int, int, int]:
-    """Return how many solutions all ranks have, which has the last factors, and where they end."""
+    """Return the number of solutions, the index of the last factors, and where solutions end.
+
+    All ranks have that many solutions. The index is -1 if there are no factors to continue with.
+    """
     ends, made, use = [file.tell()], [], []
     while (content := _read(file)) is not None:
         solution = _unpacked(content)
@@ -171,7 +178,7 @@ def _scan(file: BinaryIO, comm: MPI.Comm) -> tuple[int, int, int]:
 
 
 def _read(file: BinaryIO) -> bytes | None:
-    """Return the content of the next solution; None if there is no more, or none to be trusted."""
+    """Return the content of the next solution; None if there is none, or if it is damaged."""
     length = int.from_bytes(file.read(LENGTH), "big")
     checksum = file.read(CHECKSUM)
     if length > os.fstat(file.fileno()).st_size:

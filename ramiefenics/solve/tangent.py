@@ -1,11 +1,11 @@
-"""The linear equations of Newton's method: GMRES behind a preconditioner of an earlier state.
+"""Linear solver of Newton's method: GMRES with a preconditioner from an earlier state.
 
 A factorisation costs as much as dozens of residuals, and the tangent changes little from one
-iteration to the next. It is applied as a difference quotient of the residual (Knoll and Keyes
-2004), and the factors of an older one precondition it until they are too old. For large models,
-whose factors would not fit, multigrid takes their place (Adams 2002), and as it needs more
-iterations, the assembled tangent that of the difference quotient; multigrid's own coarse matrices
-may be of an older one, too.
+iteration to the next. The tangent is therefore applied as a difference quotient of the residual
+(Knoll and Keyes 2004), and the factors of an earlier tangent serve as the preconditioner until they
+are too old. For large models, whose factors would not fit into memory, multigrid takes the place of
+the factors (Adams 2002). As it needs more iterations, the assembled tangent then takes the place of
+the difference quotient. Multigrid's coarse matrices, too, may belong to an earlier tangent.
 """
 
 from __future__ import annotations
@@ -25,48 +25,50 @@ from ramiefenics.solve.factors import SingleFactors, single_factors
 log = logging.getLogger(__name__)
 
 PREFIX = "ramiefenics_"
-"""Of the solver's options among PETSc's."""
+"""Prefix of the solver's options among those of PETSc."""
 
 RIGID_SHIFT = 1e-7
-"""Added to the diagonal of the factorised tangent, relative to its mean: it holds rigid motions
-that no friction holds. The solution does not feel a preconditioner."""
+"""Addition to the diagonal of the factorised tangent, relative to its mean. It restrains rigid
+motions that friction does not, and does not change the solution of Newton's method."""
 
 DIFFERENCE_MM = 1e-7
-"""Largest displacement in the difference quotient: far above rounding, far below what changes
-the pattern of contact."""
+"""Largest displacement component in the difference quotient: far above rounding, and far below what
+changes which points are in contact."""
 
 OLD_ITERATIONS = 10
-"""A solve that took more is the last one with its preconditioner."""
+"""Number of linear iterations in a solve above which the preconditioner is renewed for the next."""
 
 MAX_ITERATIONS = {"direct": 40, "iterative": 150}
-"""Where a solve gives up; the direction it has is of use to Newton's line search nevertheless."""
+"""Largest number of linear iterations in a solve. Newton's line search can use the direction that
+has been reached by then."""
 
 DIRECT_UNKNOWNS = 200_000
-"""Up to here factors are faster than multigrid, and fit into memory."""
+"""Number of unknowns up to which factors are faster than multigrid and fit into memory."""
 
 
 class Tangent:
-    """The derivative of a residual at its current state, and how to solve with it.
+    """Derivative of a residual at the current state, with its linear solver.
 
     Parameters
     ----------
     equations
-        Whose derivative it is.
+        Equations whose derivative it is.
     evaluate
-        Evaluates the residual, that of the equations or more, into a vector.
+        Evaluates the residual into a vector: that of the equations, possibly with further terms.
     linear_solver
         As in `Stepping`.
 
     Attributes
     ----------
     matrix
-        Of the equations, when this was made.
+        Matrix that the equations had at construction.
     iterations
         Linear iterations so far.
     factorised
-        Whether there are factors, or multigrid's matrices, that serve the next solve.
+        Whether there are factors, or multigrid's matrices, for the next solve to use.
     factorised_at
-        Displacement at which they were made, with ghosts, shape (n,); another array for others.
+        Displacement at which they were made, ghosts included, shape (n,). Every factorisation has
+        an array of its own.
     """
 
     def __init__(
@@ -103,23 +105,23 @@ class Tangent:
         self.iterations = 0
 
     def begin(self) -> None:
-        """Make what lasts for the run as the first solve, from the current state, would.
+        """Set up all that lasts for the whole run, as a first solve from the current state would.
 
-        These are multigrid's coarse spaces; factors do not last.
+        What lasts is multigrid's coarse spaces; factors do not.
         """
         if self._iterative:
             self.factorise()
 
     def forget(self) -> None:
-        """Let the next solve factorise the tangent at its own state."""
+        """Make the next solve factorise the tangent at its own state."""
         self.factorised = False
 
     def factorise(self) -> None:
-        """Factorise the tangent at the current state, without what inertia adds."""
+        """Factorise the tangent at the current state, without inertia."""
         self.assemble(None)
         self._solver.getPC().setReusePreconditioner(False)
         self._solver.setUp()
-        self._solver.getPC().setUp()  # which the solver leaves for later where it has been set up
+        self._solver.getPC().setUp()  # the solver postpones this if it was set up before
         self.factorised, self.factorised_at = True, self._u.x.array.copy()
 
     def apply_factors(self, right: Array) -> Array:
@@ -128,7 +130,7 @@ class Tangent:
         Parameters
         ----------
         right
-            Right-hand sides, as much of them as this rank has, shape (k, n).
+            This rank's part of the right-hand sides, shape (k, n).
         """
         if self._single is not None:
             return self._single.solve(right)
@@ -140,16 +142,16 @@ class Tangent:
         return solutions
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> None:
-        """Solve ``tangent x = b``, b the residual at the current state.
+        """Solve ``tangent x = b``, where b is the residual at the current state.
 
         Parameters
         ----------
         b, x
-            Right-hand side, solution.
+            Right-hand side and solution.
         tolerance
-            Residual of the linear equations relative to b.
+            Tolerance on the residual of the linear equations, relative to b.
         added
-            What the residual has on the tangent's diagonal beyond the form, if anything.
+            Addition to the tangent's diagonal by terms that the equations do not have, if any.
         """
         fresh = not self.factorised
         if fresh:
@@ -178,7 +180,7 @@ class Tangent:
         step = DIFFERENCE_MM / size
         self._u.x.petsc_vec.waxpy(step, direction, self._state)
         self._u.x.scatter_forward()
-        self._evaluate(self._there)  # has room for ghosts, unlike PETSc's vectors
+        self._evaluate(self._there)  # unlike `product`, this vector has room for ghosts
         product.waxpy(-1.0, self._here, self._there)
         product.scale(1.0 / step)
 
@@ -196,22 +198,25 @@ class Tangent:
 
 
 class _Product:
-    """The tangent as PETSc's matrix context. Through PETSc Python sees no cycle: hence weak."""
+    """Context of a PETSc matrix that applies the tangent.
+
+    Its reference is weak, as Python cannot see a cycle that passes through PETSc.
+    """
 
     def __init__(self, tangent: Tangent) -> None:
         self._tangent = weakref.ref(tangent)
 
     def mult(self, _: PETSc.Mat, direction: PETSc.Vec, product: PETSc.Vec) -> None:
-        """Apply the tangent; PETSc calls it."""
+        """Apply the tangent; called by PETSc."""
         tangent = self._tangent()
         assert tangent is not None  # it owns the solver that calls
         tangent.multiply(direction, product)
 
 
 def _krylov(comm: MPI.Comm, spare_memory: bool, restart: int) -> PETSc.KSP:
-    """Return GMRES, preconditioned from the right: its residual is that of the equations.
+    """Return GMRES, preconditioned from the right so that its residual is that of the equations.
 
-    The flexible kind keeps what the preconditioner has made of every vector, for one solve less.
+    The flexible variant keeps the preconditioned vectors, which saves one solve with the factors.
     """
     solver = PETSc.KSP().create(comm)
     solver.setOptionsPrefix(PREFIX)
@@ -222,13 +227,13 @@ def _krylov(comm: MPI.Comm, spare_memory: bool, restart: int) -> PETSc.KSP:
 
 
 def _factorise(solver: PETSc.KSP, equations: Equations) -> SingleFactors | None:
-    """Precondition by MUMPS with METIS, which orders long thin meshes several times better.
+    """Set up MUMPS as the preconditioner; return the factors if they are in single precision.
 
-    A build of MUMPS without METIS, such as Debian's, chooses another ordering by itself. Returns
-    the factors, where they are in single precision.
+    METIS orders long thin meshes several times better than other methods. A build of MUMPS without
+    METIS, such as Debian's, chooses another ordering by itself.
     """
     pc = solver.getPC()
-    own = PETSc.Options(PREFIX).getAll()  # whoever sets options of PETSc's factors gets them
+    own = PETSc.Options(PREFIX).getAll()  # user's options for PETSc's factors go first
     chosen = any(name.startswith(("pc_", "mat_mumps_")) for name in own)
     single = None if chosen else single_factors(equations.matrix, equations.symmetric)
     if single is not None:
@@ -245,7 +250,7 @@ def _factorise(solver: PETSc.KSP, equations: Equations) -> SingleFactors | None:
 
 
 def _rigid_motions(u: fem.Function) -> PETSc.NullSpace:
-    """Return the six rigid motions, from which multigrid makes its coarse spaces."""
+    """Return the six rigid motions, from which multigrid builds its coarse spaces."""
     axes = np.eye(3)
     motions = [lambda x, e=e: np.outer(e, np.ones(x.shape[1])) for e in axes]
     motions += [lambda x, e=e: np.cross(e, x.T).T for e in axes]

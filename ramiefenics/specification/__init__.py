@@ -1,4 +1,4 @@
-"""What is tested: immutable dataclasses that compose, read from and written to TOML."""
+"""Specifications of tests: nested immutable dataclasses, read from and written to TOML."""
 
 from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.bond import Bond

@@ -1,4 +1,4 @@
-"""One test: the immutable specification that everything else maps to results."""
+"""The immutable specification of one test, from which all results are computed."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from ramiefenics.specification.protocol import Protocol
 from ramiefenics.specification.stalk import Stalk
 
 LEAST_STEP, LEAST_CUT_STEP = 1e-4, 1e-7
-"""Of a step as long as may be, and of one cut short: shares of the path."""
+"""Lower bounds of ``max_step_mm`` and ``min_step_mm``, as shares of the path."""
 
 SHARPEST = 1e-3
-"""Least radius of a cylinder over the stalk's diameter."""
+"""Least ratio of a cylinder's radius to the stalk's diameter."""
 
 
 @dataclass(frozen=True)
 class BendingTest:
-    """A bending test: of three points by default, of others or a crushing by its fixture.
+    """A test of a stalk: three-point bending by default, or whatever its fixture makes of it.
 
     Attributes
     ----------
     stalk
-        What is bent.
+        Specimen.
     fixture
-        What bends it.
+        Cylinders and plates that load the specimen, and their friction.
     machine
-        What records displacement and force; the stalk does not feel it.
+        Testing machine, which records displacement and force; it does not affect the stalk.
     protocol
-        Along what path.
+        Path of the indenter.
     law
         Material law of all layers: the name of one in `ramiefenics.model.laws`, for instance
         ``saturating_fibre`` (stable under crushing and fibre compression), or the path of a Python
-        file that defines one, seen from the current folder.
+        file that defines one, relative to the current folder.
     numerics
-        How it is solved.
+        Mesh and settings of the solver.
     further
-        Tests of the same stalk after this one, which it remembers, one after the other: of each
-        what it changes in this one's ``fixture``, ``protocol``, ``machine`` and
-        ``stalk.rotation_deg``. All but the last go back to zero travel.
+        Later tests of the same stalk, one after the other; the stalk keeps the effects of the
+        earlier ones. Each states its changes to this test's ``fixture``, ``protocol``, ``machine``
+        and ``stalk.rotation_deg``. All tests but the last go back to zero travel.
     """
 
     stalk: Stalk
@@ -58,7 +58,7 @@ class BendingTest:
     further: tuple[dict[str, Any], ...] = field(default=(), hash=False)
 
     def __post_init__(self) -> None:
-        """Check what concerns two parts at once: the stalk must lie on its supports."""
+        """Check the parts against each other; for instance, the stalk must reach its supports."""
         for name, cls in (
             ("stalk", Stalk),
             ("machine", Machine),
@@ -84,19 +84,19 @@ class BendingTest:
 
     @property
     def alone(self) -> BendingTest:
-        """The test without further ones."""
+        """The test without the further ones."""
         return replace(self, further=()) if self.further else self
 
     @property
     def tests(self) -> tuple[BendingTest, ...]:
-        """All tests of the stalk, each a whole specification.
+        """All tests of the stalk, each a complete specification.
 
         Raises
         ------
         SpecificationError
-            If one of the further ones cannot be.
+            If one of the further tests is not valid.
         """
-        from ramiefenics.specification.files import merged  # which makes specifications of tables
+        from ramiefenics.specification.files import merged  # here, as it imports this module
 
         tests = [self.alone]
         for number, changes in enumerate(self.further):
@@ -108,21 +108,22 @@ class BendingTest:
         return tuple(tests)
 
     def front_mm(self, cylinder: Cylinder) -> float:
-        """Return the Y of a cylinder's surface, where that is nearest, at the first touch.
+        """Return the Y of a cylinder's lowest point (highest, if it is below) at first touch, mm.
 
-        A bowed stalk is touched beside that, where its normal goes through the cylinder's axis.
+        A bowed stalk is touched beside that point, where its normal passes through the axis of the
+        cylinder.
         """
         top = cylinder.up * self.stalk.top_mm * self.stalk.scale_at(cylinder.z_mm)
         if self.stalk.curvature_per_m == 0.0:
             return top
         bow, away = self.stalk.curvature_per_m / 1000.0, top + cylinder.up * cylinder.radius_mm
-        sine = bow * cylinder.z_mm / (1.0 + bow * away)  # of the slope there
+        sine = bow * cylinder.z_mm / (1.0 + bow * away)  # of the stalk's slope there
         cosine = math.sqrt(1.0 - sine**2)
         drop = cylinder.z_mm * sine / (1.0 + bow * away) / (1.0 + cosine)
         return away * cosine - drop - cylinder.up * cylinder.radius_mm
 
     def _check_radii(self) -> None:
-        """Check that no cylinder is a blade, which would need a mesh without end."""
+        """Check that no cylinder is a blade, which would need an endless number of cells."""
         least = SHARPEST * self.stalk.outer_diameter_mm
         for cylinder in self.fixture.cylinders:
             if cylinder.radius_mm < least:
@@ -133,7 +134,7 @@ class BendingTest:
     def _check_held(self) -> None:
         """Check that something keeps the stalk from sliding away along its axis.
 
-        A taper or different radii push it little, so that it finds an equilibrium nearby.
+        A taper or different radii push it only slightly, so that it finds an equilibrium nearby.
         """
         static = self.fixture.friction.static
         if self.fixture.off_centre and static == 0.0:
@@ -141,7 +142,7 @@ class BendingTest:
             raise SpecificationError("fixture.friction.static", static, allowed)
 
     def _check_steps(self) -> None:
-        """Check that steps are not so short that a run never ends."""
+        """Check that steps are not so short that a run would hardly ever end."""
         length, stepping = self.protocol.length_mm, self.numerics.stepping
         for name, share in (("max_step_mm", LEAST_STEP), ("min_step_mm", LEAST_CUT_STEP)):
             step, least = getattr(stepping, name), share * length
@@ -150,7 +151,7 @@ class BendingTest:
                 raise SpecificationError(f"numerics.stepping.{name}", step, allowed)
 
     def _check_bow(self) -> None:
-        """Check that cylinders touch a bowed stalk each at one place."""
+        """Check that each cylinder touches a bowed stalk at one place only."""
         curvature = self.stalk.curvature_per_m
         if curvature == 0.0:
             return
@@ -165,7 +166,7 @@ class BendingTest:
 
     @property
     def least_domain(self) -> tuple[str, str]:
-        """The smallest domain whose mirror images are the rest, and what has no smaller one."""
+        """The smallest domain that symmetry allows, and what rules out a smaller one."""
         for name, value in (
             ("rotation_deg", self.stalk.rotation_deg),
             ("tissue.fibre_angle_deg", self.stalk.tissue.fibre_angle_deg),
@@ -182,7 +183,7 @@ class BendingTest:
         return "quarter", ""
 
     def _check_symmetry(self) -> None:
-        """Check that what the model leaves out is the mirror image of what it has."""
+        """Check that the part that is not modelled is the mirror image of the part that is."""
         domain, (least, what) = self.numerics.domain, self.least_domain
         if DOMAINS.index(domain) < DOMAINS.index(least):
             sufficient = " or ".join(DOMAINS[DOMAINS.index(least) :])
@@ -191,11 +192,11 @@ class BendingTest:
 
 
 CHANGED = ("fixture", "protocol", "machine", "stalk")
-"""What further tests may change; of the stalk, how it lies."""
+"""Tables that further tests may change; of the stalk, only its rotation."""
 
 
 def _check_changes(changes: dict[str, Any]) -> None:
-    """Check that a further test is one of the same stalk."""
+    """Check that a further test is a test of the same stalk."""
     for name in changes:
         if name not in CHANGED:
             raise SpecificationError(name, changes[name], f"must be one of {', '.join(CHANGED)}")
@@ -205,7 +206,7 @@ def _check_changes(changes: dict[str, Any]) -> None:
 
 
 def _check_unloaded(protocol: Protocol, place: str) -> None:
-    """Check that a path, after which another test follows, ends without load."""
+    """Check that a path ends at zero travel, as another test follows it."""
     if protocol.legs[-1].to_mm != 0.0:
         allowed = "must be 0 at the end of the path, where another test of the stalk follows: "
         allowed += "protocol.then = [{ to_mm = 0 }]"

@@ -1,4 +1,4 @@
-"""The bond of the outermost layer to the one inside it."""
+"""The bond between the outermost layer and the one inside it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ramiefenics.specification.errors import SpecificationError
 
 @dataclass(frozen=True)
 class Bond:
-    """How two layers hold together: perfectly, or by a film of no thickness that yields and fails.
+    """Bond between two layers: perfect, or a film of zero thickness that deforms and fails.
 
     Attributes
     ----------
@@ -18,9 +18,10 @@ class Bond:
         Slip of one layer on the other per shear stress, and separation per tension; 0 for a
         perfect bond.
     strength_MPa
-        Stress at which it begins to fail.
+        Stress at which the bond begins to fail.
     toughness_N_per_mm
-        Energy per area that it has taken when it has failed, by a stress that falls linearly.
+        Energy per area that the bond has absorbed when it has failed; until then the stress falls
+        linearly.
     """
 
     compliance_mm_per_MPa: float = 0.0
@@ -28,7 +29,7 @@ class Bond:
     toughness_N_per_mm: float = 0.3
 
     def __post_init__(self) -> None:
-        """Check the signs, and that it does not break before it begins to fail."""
+        """Check signs, and that the toughness exceeds the energy stored when failure begins."""
         check_number(self, "compliance_mm_per_MPa", at_least=0.0, unit="mm/MPa")
         check_number(self, "strength_MPa", above=0.0, unit="MPa")
         check_number(self, "toughness_N_per_mm", above=0.0, unit="N/mm")
@@ -39,21 +40,21 @@ class Bond:
 
     @property
     def perfect(self) -> bool:
-        """Whether nothing moves."""
+        """Whether the layers can neither slip nor separate."""
         return self.compliance_mm_per_MPa == 0.0
 
     @property
     def softens_at_mm(self) -> float:
-        """Slip at which it begins to fail."""
+        """Slip at which the bond begins to fail."""
         return self.compliance_mm_per_MPa * self.strength_MPa
 
     @property
     def fails_at_mm(self) -> float:
-        """Slip at which it has failed."""
+        """Slip at which the bond has failed."""
         return 2.0 * self.toughness_N_per_mm / self.strength_MPa
 
     def scaled(self, factor: float) -> Bond:
-        """Return the bond with all stresses, at the same slip, that many times as large."""
+        """Return the bond with all stresses multiplied by a factor at the same slip."""
         if self.perfect:
             return self
         return Bond(

@@ -1,4 +1,4 @@
-"""Checks that the specification's dataclasses share."""
+"""Checks shared by the dataclasses of the specification."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import Any
 from ramiefenics.specification.errors import SpecificationError
 
 LARGEST, SMALLEST = 1e30, 1e-30
-"""Of a number, the latter where it must not be zero: beyond them squares and inverses overflow."""
+"""Largest magnitude of a number, and least distance from an open lower bound such as zero.
+
+Beyond them, squares and inverses overflow.
+"""
 
 MOST = 10**9
-"""Of anything that is counted."""
+"""Largest value of any count."""
 
 
 def check_number(
@@ -32,14 +35,14 @@ def check_number(
     obj
         A dataclass instance under construction (frozen or not).
     name
-        The field's name.
+        Name of the field.
     above, at_least, below, at_most, unit
         As for `checked_number`.
 
     Raises
     ------
     SpecificationError
-        If the value is no finite number or out of bounds.
+        If the value is not a finite number or is out of bounds.
     """
     value = checked_number(
         name,
@@ -63,14 +66,14 @@ def checked_number(
     at_most: float | None = None,
     unit: str = "",
 ) -> float:
-    """Return a value as a float, if it is a finite number within bounds.
+    """Check that a value is a finite number within bounds, and return it as a float.
 
     Parameters
     ----------
     name
-        What it is called in the message.
+        Name of the value in the message.
     value
-        What was given.
+        Value to check.
     above, below
         Open bounds.
     at_least, at_most
@@ -81,7 +84,7 @@ def checked_number(
     Raises
     ------
     SpecificationError
-        If the value is no finite number or out of bounds.
+        If the value is not a finite number or is out of bounds.
     """
     if (
         isinstance(value, bool)
@@ -110,21 +113,21 @@ def checked_number(
 
 
 def check_table(obj: Any, at: str, values: str, above: float | None = None) -> None:
-    """Check that two fields are a table: places that ascend, and a value at each.
+    """Check that two fields form a table: ascending positions, and a value at each.
 
     Parameters
     ----------
     obj
-        A dataclass instance under construction (frozen or not); both are stored as tuples.
+        A dataclass instance under construction (frozen or not); both fields are stored as tuples.
     at, values
-        The fields' names.
+        Names of the fields.
     above
-        Open bound of the values.
+        Open lower bound of the values.
 
     Raises
     ------
     SpecificationError
-        If they are of different lengths, do not ascend, or a number is out of bounds.
+        If the fields differ in length, positions do not ascend, or a number is out of bounds.
     """
     for name in (at, values):
         given = getattr(obj, name)
@@ -141,7 +144,7 @@ def check_table(obj: Any, at: str, values: str, above: float | None = None) -> N
 
 
 def check_integer(obj: Any, name: str, at_least: int) -> None:
-    """Check that a field is an integer of at least `at_least`, and at most `MOST`.
+    """Check that a field is an integer from `at_least` to `MOST`.
 
     Raises
     ------
@@ -155,7 +158,7 @@ def check_integer(obj: Any, name: str, at_least: int) -> None:
 
 
 def check_text(obj: Any, name: str, empty: bool = True) -> None:
-    """Check that a field is text, by default an empty one too.
+    """Check that a field is text, which may be empty by default.
 
     Raises
     ------
@@ -183,7 +186,7 @@ def check_choice(obj: Any, name: str, choices: tuple[Any, ...]) -> None:
 
 
 def check_instance(obj: Any, name: str, cls: type) -> None:
-    """Check that a field holds a `cls`.
+    """Check that a field holds an instance of `cls`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Rigid cylinders and plates, and what any arrangement of them tells."""
+"""Rigid cylinders and plates, and the properties of any arrangement of them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ramiefenics.specification.errors import SpecificationError
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A rigid cylinder across the stalk, its axis along X, which touches the stalk at the start.
+    """A rigid cylinder across the stalk, with its axis along X; it touches the stalk at the start.
 
     Attributes
     ----------
     name
-        A word of its own.
+        Unique name, one word.
     side
-        Where it is: ``above`` the stalk or ``below`` it.
+        Side of the stalk on which the cylinder is: ``above`` or ``below``.
     moves
-        Whether it is driven, along -Y; the others are fixed.
+        Whether the cylinder is driven, along -Y; otherwise it is fixed.
     z_mm
-        Place of its axis.
+        Z of the axis.
     radius_mm
-        Radius; of a flat plate, infinite.
+        Radius; infinite for a flat plate.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Cylinder:
     radius_mm: float
 
     def __post_init__(self) -> None:
-        """Check each by itself, and that what moves presses the stalk."""
+        """Check each value, and that a moving cylinder presses the stalk."""
         if not isinstance(self.name, str) or not self.name.isidentifier():
             allowed = "must be one word of letters, digits and underscores"
             raise SpecificationError("name", self.name, allowed)
@@ -55,19 +55,19 @@ class Cylinder:
 
     @property
     def up(self) -> float:
-        """Direction along Y from the stalk to it, 1 above and -1 below."""
+        """Direction along Y from the stalk to the cylinder: 1 if it is above, -1 if below."""
         return 1.0 if self.side == "above" else -1.0
 
 
 class BeamSpans(NamedTuple):
-    """Distances of the axes in three- or four-point bending.
+    """Distances between the axes in three- or four-point bending.
 
     Attributes
     ----------
     supports_mm
-        Of the supports.
+        Distance between the supports.
     indenters_mm
-        Of the indenters; 0 for a single one.
+        Distance between the indenters; 0 for a single one.
     """
 
     supports_mm: float
@@ -75,14 +75,14 @@ class BeamSpans(NamedTuple):
 
     @property
     def arm_mm(self) -> float:
-        """Distance of a support from the indenter next to it."""
+        """Distance between a support and the indenter next to it."""
         return (self.supports_mm - self.indenters_mm) / 2.0
 
 
 class Arrangement:
-    """Rigid cylinders and plates, however they are stated."""
+    """An arrangement of rigid cylinders and plates, the base class of fixtures."""
 
-    if TYPE_CHECKING:  # a property or a field
+    if TYPE_CHECKING:  # a property of one subclass, a field of the other
 
         @property
         def cylinders(self) -> tuple[Cylinder, ...]: ...  # noqa: D102
@@ -99,22 +99,22 @@ class Arrangement:
 
     @property
     def symmetric(self) -> bool:
-        """Whether it is its own mirror image in the plane Z = 0."""
+        """Whether the arrangement is its own mirror image in the plane Z = 0."""
         placed = {(c.side, c.moves, c.z_mm, c.radius_mm) for c in self.cylinders}
         return placed == {(side, moves, -z, radius) for side, moves, z, radius in placed}
 
     @property
     def off_centre(self) -> bool:
-        """Whether places along Z, whatever the radii, are not their mirror images in Z = 0."""
+        """Whether the axes, whatever the radii, are not symmetric about the plane Z = 0."""
         placed = {(c.side, c.moves, c.z_mm) for c in self.cylinders}
         return placed != {(side, moves, -z) for side, moves, z in placed}
 
     @property
     def beam_mm(self) -> BeamSpans | None:
-        """Distances of a three- or four-point bending test; None of any other.
+        """Distances between the axes in three- or four-point bending; None for any other test.
 
-        That is two cylinders below that are fixed, and one or two above and between them that move,
-        at equal distances from midspan; radii do not matter to a beam.
+        These tests have two fixed cylinders below, and one or two moving cylinders above and
+        between them, at equal distances from midspan. Radii do not matter to a beam.
         """
         fixed = sorted(c.z_mm for c in self.cylinders if not c.moves)
         moving = sorted(c.z_mm for c in self.cylinders if c.moves)
@@ -126,12 +126,17 @@ class Arrangement:
         return BeamSpans(2.0 * fixed[1], 2.0 * moving[-1])
 
     def check_beam(self, what: str) -> BeamSpans:
-        """Return the distances of three- or four-point bending, where nothing else can be taken.
+        """Return the distances in three- or four-point bending, or refuse another arrangement.
+
+        Parameters
+        ----------
+        what
+            Subject and verb of the message: what is limited to these tests.
 
         Raises
         ------
         SpecificationError
-            If it is another arrangement.
+            If the arrangement is another one.
         """
         if self.beam_mm is None:
             placed = ", ".join(f"{c.name} {c.side} at {c.z_mm:g} mm" for c in self.cylinders)

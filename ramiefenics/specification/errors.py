@@ -1,23 +1,23 @@
-"""The one exception of bad input."""
+"""The exception that all unusable input raises, and the warning about doubtful input."""
 
 from __future__ import annotations
 
 from typing import Any
 
 LONGEST, LONGEST_SENTENCE = 200, 1500
-"""Characters of a name or value that a message repeats, and of what is allowed."""
+"""Most characters of a name or value that a message quotes, and of what is allowed."""
 
 
 class SpecificationError(ValueError):
-    """Input that cannot be used, told in one sentence.
+    """Input that cannot be used, explained in one sentence.
 
     Parameters
     ----------
     field
-        Dotted name of the offending field, for instance ``fixture.span_mm``; empty for the whole
-        of what was given.
+        Dotted name of the offending field, for instance ``fixture.span_mm``; empty for the input as
+        a whole.
     value
-        What was given; None if nothing was.
+        Value that was given; None if there was none.
     allowed
         What would be accepted, as the end of the sentence "... must ...".
     """
@@ -31,17 +31,17 @@ class SpecificationError(ValueError):
         super().__init__(f"{given} {_cut(allowed, LONGEST_SENTENCE)}.")
 
     def __reduce__(self) -> tuple[type, tuple[str, Any, str]]:
-        """Return how to make it again in another process."""
+        """Return what pickle needs to recreate the error in another process."""
         return type(self), (self.field, self.value, self.allowed)
 
     def inside(self, parent: str) -> SpecificationError:
-        """Return the same error with `parent` put before the field's name."""
+        """Return the same error with `parent` in front of the field's name."""
         field = f"{parent}.{self.field}" if self.field else parent
         return SpecificationError(field, self.value, self.allowed)
 
 
 def _short(value: Any) -> str:
-    """Return a value as Python writes it, the middle left out if it is long."""
+    """Return the `repr` of a value, with its middle left out if it is long."""
     try:
         text = repr(value)
     except (RecursionError, ValueError):  # nested too deeply, or a number of too many digits

@@ -1,4 +1,4 @@
-"""What every key of a specification means: its class's docstring, read."""
+"""Meaning of every key of a specification, read from the docstring of its class."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.files import to_dict
 
 WIDTH = 96
-"""Of a line of comment."""
+"""Width of the lines of a comment, in characters, without the leading ``# ``."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,13 +28,13 @@ class Key:
     Attributes
     ----------
     path
-        Dotted, entries of lists by ``NAME``.
+        Dotted path; ``NAME`` stands for an entry of a list.
     type
-        In words; empty for a table.
+        Type in words; empty for a table.
     default
-        As in TOML; empty if there is none, or for a table.
+        Default value as in TOML; empty for a table, or if there is none.
     meaning
-        Text.
+        Description of the key.
     """
 
     path: str
@@ -44,7 +44,7 @@ class Key:
 
 
 def keys(cls: Any = BendingTest, inside: str = "") -> Iterator[Key]:
-    """Yield all keys of a dataclass, each table before what is in it."""
+    """Yield all keys of a dataclass, each table before its contents."""
     meanings = attributes(cls)
     for field, hint in _fields(cls):
         path = f"{inside}{field.name}"
@@ -58,7 +58,7 @@ def keys(cls: Any = BendingTest, inside: str = "") -> Iterator[Key]:
 
 
 def explained(obj: Any, inside: str = "") -> str:
-    """Return a specification as TOML with what each key means above it."""
+    """Return a specification as TOML, with the meaning of each key in a comment above it."""
     kind: Any = type(obj)
     meanings, plain, tables = attributes(kind), "", ""
     for field, _ in _fields(kind):
@@ -79,7 +79,7 @@ def explained(obj: Any, inside: str = "") -> str:
 
 @functools.cache
 def attributes(cls: Any) -> dict[str, str]:
-    """Return the section "Attributes" of a docstring: text by name."""
+    """Return the entries of the section "Attributes" of a class's docstring, by name."""
     section = (inspect.getdoc(cls) or "").partition("Attributes\n----------\n")[2]
     found = {}
     for entry in re.split(r"\n(?=\S)", section):
@@ -95,7 +95,7 @@ def _fields(cls: Any) -> list[tuple[dataclasses.Field[Any], Any]]:
 
 
 def _options(hint: Any) -> tuple[Any, ...]:
-    """Return the types of a union, or those of a tuple's entries."""
+    """Return the types of a union, or of a tuple's entries."""
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is tuple:
         return typing.get_args(hint)
     return (hint,)
@@ -117,8 +117,8 @@ def _default(field: dataclasses.Field[Any]) -> str:
 
 
 def _toml(value: Any) -> str:
-    """Return a value on one line, or more."""
-    if isinstance(value, dict):  # whose table would end that of the key
+    """Return a value as TOML, on one line or more."""
+    if isinstance(value, dict):  # inline: a table of its own would end the table of the key
         return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
     if isinstance(value, tuple) and any(isinstance(one, dict) for one in value):
         return f"[{', '.join(map(_toml, value))}]"

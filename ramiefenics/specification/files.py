@@ -1,4 +1,4 @@
-"""Specifications as TOML: reading, writing, overriding single values."""
+"""Specifications as TOML: reading, writing, and overriding single values."""
 
 from __future__ import annotations
 
@@ -25,20 +25,21 @@ from ramiefenics.specification.reading import parse_toml, read_toml
 T = TypeVar("T")
 
 INFINITE = "inf"
-"""Word for the radius of a plate."""
+"""Word that stands for an infinite number, such as the radius of a plate."""
 
 
 def read_test(path: str | Path) -> BendingTest:
     """Read a test from a TOML file.
 
-    Keys are the dataclasses' fields, tables nest as they do; ``numerics.mesh`` may be the name
-    of a recipe, and ``law`` a Python file, seen from the folder of this one. What is left out takes
-    its default; a warning tells of friction that is left out, whose default is ramie's.
+    Keys are the fields of the dataclasses, and tables nest as the dataclasses do. ``numerics.mesh``
+    may be the name of a recipe, and ``law`` the path of a Python file relative to the folder of
+    this file. Keys that are left out take their defaults. If friction is left out, a warning is
+    issued, as the default is that of ramie.
 
     Raises
     ------
     SpecificationError
-        If the file cannot be read, is no TOML, or states something that cannot be.
+        If the file cannot be read, is not valid TOML, or does not describe a valid test.
     """
     data = read_toml(path)
     if _is_file(data.get("law")):
@@ -56,9 +57,9 @@ def read_test(path: str | Path) -> BendingTest:
 
 
 def write_test(test: BendingTest, path: str | Path) -> None:
-    """Write a test so that `read_test` gives back an equal one.
+    """Write a test so that `read_test` returns an equal one.
 
-    The path of a law's file, if it is relative, becomes that from there.
+    If the path of the law's file is relative, it is made relative to the folder of `path`.
     """
     path = Path(path)
     if _is_file(test.law) and not Path(test.law).is_absolute():
@@ -67,7 +68,7 @@ def write_test(test: BendingTest, path: str | Path) -> None:
 
 
 def archive_test(test: BendingTest, path: Path) -> None:
-    """Write a test, and beside it the file of its law if it has one: they stay together."""
+    """Write a test, and copy the file of its law, if it has one, to the same folder."""
     if _is_file(test.law):
         shutil.copy(test.law, path.parent)
         test = dataclasses.replace(test, law=Path(test.law).name)
@@ -84,7 +85,7 @@ def dump_test(test: BendingTest) -> str:
 
 
 def test_from_dict(data: Mapping[str, Any]) -> BendingTest:
-    """Build a test from nested mappings, as TOML gives them."""
+    """Build a test from nested mappings, as parsed from TOML."""
     return from_dict(BendingTest, data)
 
 
@@ -92,13 +93,13 @@ test_from_dict.__test__ = False  # type: ignore[attr-defined]  # pytest takes th
 
 
 def from_dict(cls: type[T], data: Any) -> T:
-    """Build a dataclass from nested mappings, of which some may be built already.
+    """Build a dataclass from nested mappings, some of which may be dataclasses already.
 
     Raises
     ------
     SpecificationError
-        On unknown or missing keys and on values that the dataclass refuses; the field's dotted
-        name is complete.
+        If keys are unknown or missing, or if the dataclass refuses a value; the error has the full
+        dotted name of the field.
     """
     if isinstance(data, cls):
         return data
@@ -117,7 +118,7 @@ def from_dict(cls: type[T], data: Any) -> T:
             values[name] = _convert(hints[name], name, data[name])
         elif name in required:
             raise SpecificationError(name, None, "is required but missing")
-    made = cls(**values)  # which may say more exactly what it wants
+    made = cls(**values)  # first, as its own checks have more precise messages
     for name, value in values.items():
         if hints[name] in (str, str | None) and not isinstance(value, (str, types.NoneType)):
             raise SpecificationError(name, value, "must be text")
@@ -126,7 +127,7 @@ def from_dict(cls: type[T], data: Any) -> T:
 
 @functools.cache
 def _names(cls: Any) -> tuple[str, ...]:
-    """Return the names of a dataclass's fields, none of another class."""
+    """Return the names of a dataclass's fields, or none for any other class."""
     return tuple(f.name for f in dataclasses.fields(cls)) if dataclasses.is_dataclass(cls) else ()
 
 
@@ -143,9 +144,10 @@ def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
 
 
 def _alternative(hint: Any, value: Any) -> Any:
-    """Return which type of a union a value is of.
+    """Return the type of a union to which a value belongs.
 
-    There are "float | None", and alternative tables: the last one that has all it requires.
+    A union is "float | None" or a choice of tables. Of tables, the last one is taken whose required
+    keys are all present, or else the first.
     """
     if not isinstance(hint, types.UnionType):
         return hint
@@ -182,7 +184,7 @@ def _convert(hint: Any, name: str, value: Any) -> Any:
 
 
 def _check_kind(hint: Any, name: str, value: Any) -> None:
-    """Check that a value is a table or a list of text where that is wanted."""
+    """Check that a value is a table or a list of text where that is required."""
     if value is None:
         return
     if typing.get_origin(hint) is dict and not isinstance(value, Mapping):
@@ -209,12 +211,12 @@ def _convert_list(item: Any, name: str, value: Any) -> tuple[Any, ...]:
 
 
 def _label(index: int, entry: Any) -> str:
-    """Return how an entry of a list is addressed: by its name, if it has one, else its number."""
+    """Return the label by which an entry of a list is addressed: its name, or else its index."""
     return str(entry.get("name", index) if isinstance(entry, Mapping) else index)
 
 
 def labels(entries: list[Any]) -> list[str]:
-    """Return what entries of a list are addressed by: their names, or numbers."""
+    """Return the labels by which entries of a list are addressed: their names or indices."""
     return list(_by_label(entries))
 
 
@@ -223,9 +225,9 @@ def _by_label(entries: list[Any]) -> dict[str, Any]:
 
 
 def to_dict(obj: Any) -> Any:
-    """Turn nested dataclasses into plain mappings and lists, leaving out None and empty tables.
+    """Turn nested dataclasses into plain mappings and lists, without None and empty tables.
 
-    What is infinite is a word, as JSON has no number for it; `from_dict` takes either.
+    Infinity becomes a word, as JSON has no number for it; `from_dict` accepts either.
     """
     kind: Any = type(obj)
     if names := _names(kind):
@@ -239,7 +241,7 @@ def to_dict(obj: Any) -> Any:
 
 
 def value_at(test: BendingTest, key: str) -> Any:
-    """Return what a test has at a dotted key, layers by name; None if there is nothing."""
+    """Return the value of a test at a dotted key, with layers by name; None if there is none."""
     at: Any = test
     for part in key.split("."):
         if isinstance(at, tuple):
@@ -258,14 +260,14 @@ def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> B
     test
         The test to start from.
     changes
-        Values by dotted key; or each ``dotted.key=value``, the value as in TOML (text may go
-        without quotes). Layers are addressed by name:
+        Values by dotted key, or strings ``dotted.key=value`` with the value as in TOML (quotes
+        around text may be omitted). Layers are addressed by name:
         ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``.
 
     Raises
     ------
     SpecificationError
-        On an unknown key or a value that is refused.
+        If a key is unknown or a value is refused.
     """
     data, touched = to_dict(test), set()
     pairs = changes.items() if isinstance(changes, Mapping) else map(_assignment, changes)
@@ -277,7 +279,7 @@ def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> B
 
 
 def merged(test: BendingTest, changes: Mapping[str, Any]) -> BendingTest:
-    """Return the test with what nested mappings have of it changed."""
+    """Return the test with the values that nested mappings contain in place of its own."""
     return test_from_dict(_merged(to_dict(test), changes))
 
 
@@ -295,12 +297,12 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Return a value that is written as in TOML; text may go without quotes.
+    """Parse one value, written as in TOML; quotes around text may be omitted.
 
     Raises
     ------
     SpecificationError
-        If it is more than one value.
+        If there is more than one value.
     """
     try:
         told = parse_toml(f"value = {text}")
@@ -336,11 +338,11 @@ def _assign(data: Any, cls: Any, key: str, value: Any) -> None:
     if last not in fields:
         error = _unknown(last, value, fields)
         raise error.inside(walked) if walked else error
-    if last == "mesh" and isinstance(value, str):  # in full, so that its parts can be set next
+    if last == "mesh" and isinstance(value, str):  # expanded, so that its parts can be set next
         value = to_dict(_convert(MeshRecipe, key, value))
     target[last] = value
 
 
 def _is_table(hint: Any) -> bool:
-    """Whether a field is a table whose keys are not known here."""
+    """Return whether a type is that of a table whose keys are not known in advance."""
     return typing.get_origin(hint) is dict

@@ -1,7 +1,7 @@
-"""What presses the stalk: rigid cylinders and plates, some fixed, some moving, and friction.
+"""Fixtures: rigid cylinders and plates, some fixed and some moving, and their friction.
 
-Mesh, contact and results read the tuple `cylinders` and nothing else. `Fixture` makes it for usual
-tests from a few lengths; in a `GeneralFixture` it is stated.
+Mesh, contact and results read the tuple `cylinders` and nothing else. `Fixture` derives it from a
+few lengths, for the usual tests; a `GeneralFixture` states it.
 """
 
 from __future__ import annotations
@@ -18,26 +18,27 @@ from ramiefenics.specification.friction import Friction
 
 @dataclass(frozen=True)
 class Fixture(Arrangement):
-    """Indenters above the stalk, which move, and supports below, which do not.
+    """Moving indenters above the stalk, and fixed supports below it.
 
     Three-point bending by default. With `inner_span_mm` there are two indenters, for four-point
-    bending; with `span_mm` = 0 a single support is under a single indenter. A radius may be
-    infinite there: a plate. A ring cut from a stalk is crushed between two of them.
+    bending. With `span_mm` = 0 there is a single support under a single indenter. Their radii may
+    then be infinite, which makes them plates: a ring cut from a stalk is crushed between two.
 
     Attributes
     ----------
     span_mm
-        Distance of the supports' axes, on either side of Z = 0; 0 for a single support.
+        Distance between the axes of the supports, which lie on either side of Z = 0; 0 for a single
+        support.
     indenter_radius_mm, support_radius_mm
-        Radii. The paper does not publish them: 5 mm is an assumption.
+        Radius. The paper does not publish it: 5 mm is an assumption.
     friction
-        The same on all cylinders.
+        Friction, the same on all cylinders.
     inner_span_mm
-        Distance of the axes of two indenters; 0 for a single one.
+        Distance between the axes of two indenters; 0 for a single one.
     indenter_offset_mm
         Z of the indenter, or of the middle between two.
     other_support_radius_mm
-        Radius of the support at Z < 0; that of the other one if left out.
+        Radius of the support at Z < 0; that of the other support if left out.
     """
 
     span_mm: float = 100.0
@@ -49,7 +50,7 @@ class Fixture(Arrangement):
     other_support_radius_mm: float | None = None
 
     def __post_init__(self) -> None:
-        """Check signs, that indenters pass between the supports, and that plates are alone."""
+        """Check signs, that indenters pass between supports, and that plates have no span."""
         check_number(self, "span_mm", at_least=0.0, unit="mm")
         check_number(self, "inner_span_mm", at_least=0.0, unit="mm")
         check_number(self, "indenter_offset_mm", unit="mm")
@@ -64,7 +65,7 @@ class Fixture(Arrangement):
 
     @property
     def cylinders(self) -> tuple[Cylinder, ...]:
-        """What touches the stalk; of those that move, and of those that do not, at Z >= 0 first."""
+        """Cylinders that touch the stalk: moving, then fixed ones, each by descending Z."""
         other_radius = self.other_support_radius_mm
         if other_radius is None:
             other_radius = self.support_radius_mm
@@ -80,7 +81,7 @@ class Fixture(Arrangement):
         return tuple(c for c in cylinders if not absent.get(c.name, False))
 
     def check_length(self, length_mm: float) -> None:
-        """Check that a specimen lies on its supports.
+        """Check that a specimen is long enough to lie on its supports.
 
         Raises
         ------
@@ -104,7 +105,7 @@ class Fixture(Arrangement):
                 raise SpecificationError(name, value, allowed)
 
     def _check_passage(self) -> None:
-        """Check that there is room for every indenter between the supports, and between them."""
+        """Check that every indenter fits between the supports, and that two fit side by side."""
         for name in ("indenter_radius_mm", "support_radius_mm", "other_support_radius_mm"):
             if getattr(self, name) == math.inf:
                 allowed = "must be finite unless span_mm = 0: two plates, or a plate and a cylinder"

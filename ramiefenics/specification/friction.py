@@ -1,4 +1,4 @@
-"""How the stalk rubs on the fixture."""
+"""Friction between the stalk and the fixture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ramiefenics.specification.checks import check_number
 from ramiefenics.specification.errors import SpecificationError
 
 MOST = 100.0
-"""Of a coefficient; that of rubber is 4."""
+"""Largest coefficient of friction; that of rubber is 4."""
 
 
 @dataclass(frozen=True)
@@ -18,11 +18,11 @@ class Friction:
     Attributes
     ----------
     static, dynamic
-        Coefficients at rest and in sliding. The defaults are ramie's on steel; a file that
-        leaves them out is told so.
+        Coefficients at rest and in sliding. The defaults are those of ramie on steel; a warning is
+        issued for a file that leaves them out.
     weakening_mm
-        Length that a point slides while its coefficient loses all but 1/e of what the static one
-        exceeds the dynamic one by. Nobody has measured it: an assumption.
+        Slip over which the excess of a point's coefficient over the dynamic one falls to 1/e. It
+        has not been measured: an assumption.
     """
 
     static: float = 0.59
@@ -30,7 +30,7 @@ class Friction:
     weakening_mm: float = 0.02
 
     def __post_init__(self) -> None:
-        """Check that 0 <= dynamic <= static, and the length."""
+        """Check that 0 <= dynamic <= static, and that the length is positive."""
         check_number(self, "static", at_least=0.0, at_most=MOST)
         check_number(self, "dynamic", at_least=0.0, at_most=MOST)
         if self.dynamic > self.static:

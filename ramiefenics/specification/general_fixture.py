@@ -14,22 +14,23 @@ from ramiefenics.specification.friction import Friction
 
 @dataclass(frozen=True)
 class GeneralFixture(Arrangement):
-    """Any rigid cylinders and plates: those that move press the stalk against those that do not.
+    """Any rigid cylinders and plates; those that move press the stalk against the fixed ones.
 
     Attributes
     ----------
     cylinders
-        What touches the stalk. The first that moves is the indenter, the first that does not the
-        support, of which contact and section are told; those at Z < 0 are put behind the others.
+        Cylinders and plates that touch the stalk; those at Z < 0 are sorted behind the others.
+        Contact and section are reported for the indenter, the first that moves, and for the
+        support, the first that is fixed.
     friction
-        The same on all.
+        Friction, the same on all cylinders and plates.
     """
 
     cylinders: tuple[Cylinder, ...]
     friction: Friction = field(default_factory=Friction)
 
     def __post_init__(self) -> None:
-        """Check that something is pressed against something, and that there is room to do it."""
+        """Check that the stalk is pressed against something, and that there is room to do so."""
         check_instance(self, "friction", Friction)
         object.__setattr__(
             self, "cylinders", tuple(sorted(self.cylinders, key=lambda c: c.z_mm < 0.0))
@@ -45,12 +46,12 @@ class GeneralFixture(Arrangement):
             _check_room(one, other)
 
     def check_length(self, length_mm: float) -> None:
-        """Check that all cylinders are within a specimen.
+        """Check that all cylinders are within the length of a specimen.
 
         Raises
         ------
         SpecificationError
-            If one is beyond its end.
+            If one is beyond the specimen's end.
         """
         for cylinder in self.cylinders:
             if abs(cylinder.z_mm) >= length_mm / 2.0:
@@ -58,10 +59,10 @@ class GeneralFixture(Arrangement):
                 raise _at(cylinder, allowed)
 
     def _check_support(self, names: list[str]) -> None:
-        """Check that forces on the stalk can be in balance.
+        """Check that the forces on the stalk can be in equilibrium.
 
-        They can where the ranges of Z from which cylinders above and below push have a point in
-        common: the resultant of either may pass through it.
+        They can if the ranges of Z covered by the cylinders above and by those below have a point
+        in common: both resultants may then pass through it.
         """
         ranges = []
         for side in ("above", "below"):
@@ -75,14 +76,14 @@ class GeneralFixture(Arrangement):
 
 
 def _check_room(one: Cylinder, other: Cylinder) -> None:
-    """Check that two cylinders do not overlap, nor meet when one moves."""
+    """Check that two cylinders do not overlap, and do not collide when one moves."""
     apart, radii = abs(one.z_mm - other.z_mm), one.radius_mm + other.radius_mm
     if one.side == other.side:
         if one.flat or other.flat:
             plate, beside = (one, other) if one.flat else (other, one)
             allowed = f"must be on the other side of the stalk than the plate {plate.name}"
             raise SpecificationError(f"cylinders.{beside.name}.side", beside.side, allowed)
-        least = 2.0 * math.sqrt(one.radius_mm * other.radius_mm)  # both touch the same line
+        least = 2.0 * math.sqrt(one.radius_mm * other.radius_mm)  # both touch a common line
         if apart <= least:
             raise _at(other, f"must be more than {least:g} mm from {one.name}, or they overlap")
     elif (one.moves or other.moves) and math.isfinite(radii) and 0.0 < apart <= radii:

@@ -1,4 +1,4 @@
-"""What the testing machine makes of the test."""
+"""The testing machine, and what it records of a test."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ramiefenics.specification.errors import SpecificationError
 
 @dataclass(frozen=True)
 class Machine:
-    """What the testing machine records of the indenter's travel and force.
+    """Testing machine: how its record differs from the indenter's travel and force.
 
     Attributes
     ----------
@@ -22,18 +22,18 @@ class Machine:
     seating_gap_mm
         Displacement recorded before the indenter touches the stalk.
     bedding_compliance_mm_per_N
-        What the compliance has besides at zero force. Rough faces of the fixture bed in as they
-        are pressed together: their stiffness grows in proportion to the force (Persson 2007,
-        Physical Review Letters 99, 125502), their deflection with its logarithm.
+        Additional compliance at zero force. Rough faces of the fixture bed in as they are pressed
+        together: their stiffness grows in proportion to the force (Persson 2007, Physical Review
+        Letters 99, 125502), their deflection with its logarithm.
     bedding_force_N
-        Force at which half of that is left.
+        Force at which half of the bedding compliance is left.
     table_N, table_mm
-        Forces, ascending, and by how much frame, load cell and fixture give way there besides:
-        linear in between and from no force on, constant beyond.
+        Forces, ascending, and additional deflections of frame, load cell and fixture at these
+        forces; linear in between and from zero force on, constant beyond.
     load_scale
         Factor by which the load cell reads too high.
     load_offset_N
-        What the load cell reads without force.
+        Reading of the load cell without force.
     displacement_scale
         Factor by which the displacement of the drive is recorded too large.
     """
@@ -67,31 +67,31 @@ class Machine:
         Parameters
         ----------
         travel_mm, force_N
-            Of the indenter; numbers or arrays.
+            Travel of the indenter and force on it; numbers or arrays.
         """
         driven = travel_mm + self.deflection_mm(force_N)
         displacement = self.seating_gap_mm + self.displacement_scale * driven
         return displacement, self.load_offset_N + self.load_scale * force_N
 
     def travel_mm(self, displacement_mm: Any, force_N: Any) -> Any:
-        """Return the indenter's travel, mm, where a displacement and a force are recorded.
+        """Return the indenter's travel, mm, from a recorded displacement and force.
 
         Parameters
         ----------
         displacement_mm, force_N
-            As recorded; numbers or arrays.
+            Recorded displacement and force; numbers or arrays.
         """
         force = (force_N - self.load_offset_N) / self.load_scale
         driven = (displacement_mm - self.seating_gap_mm) / self.displacement_scale
         return driven - self.deflection_mm(force)
 
     def deflection_mm(self, force_N: Any) -> Any:
-        """Return by how much frame, load cell and fixture give way, mm.
+        """Return the deflection of frame, load cell and fixture, mm.
 
         Parameters
         ----------
         force_N
-            A number or an array.
+            Force on the indenter; a number or an array.
         """
         scale = self.bedding_force_N
         bedded = np.sign(force_N) * scale * np.log1p(np.abs(force_N) / scale)

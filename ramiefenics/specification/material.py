@@ -1,4 +1,4 @@
-"""Elastic constants of a layer and the stiffness that they make."""
+"""Material constants of a layer, and the stiffness that follows from the elastic ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ramiefenics.specification.checks import check_instance, check_number, check
 from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
 
 G_PER_CM3 = 1e-9
-"""One g/cm3 in the solver's tonne/mm3."""
+"""One g/cm3 in tonne/mm3, the solver's unit."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Elastic:
     G_XZ_MPa
         Shear modulus along the fibres, G_XZ = G_YZ.
     G_XY_MPa
-        Shear modulus across the fibres. None (the default) is that of an isotropic plane,
-        ``E_X / (2 (1 + nu_XY))``. Another value makes the layer tetragonal: X and Y become
+        Shear modulus across the fibres. None (the default) stands for that of an isotropic plane,
+        ``E_X / (2 (1 + nu_XY))``. Any other value makes the layer tetragonal: X and Y become
         material axes.
     """
 
@@ -69,16 +69,19 @@ class Elastic:
 
     @property
     def G_XY_isotropic(self) -> float:
-        """In-plane shear modulus of an isotropic plane, MPa."""
+        """Shear modulus in the X-Y plane if that is isotropic, MPa."""
         return self.E_X_MPa / (2.0 * (1.0 + self.nu_XY))
 
     @property
     def G_XY(self) -> float:
-        """In-plane shear modulus in use, MPa."""
+        """Shear modulus in the X-Y plane, as used, MPa."""
         return self.G_XY_isotropic if self.G_XY_MPa is None else self.G_XY_MPa
 
     def compliance(self) -> NDArray[np.float64]:
-        """Compliance, shape (6, 6), 1/MPa; order XX, YY, ZZ, YZ, XZ, XY, engineering shear."""
+        """Return the compliance, 1/MPa, shape (6, 6).
+
+        The order is XX, YY, ZZ, YZ, XZ, XY, with engineering shear strains.
+        """
         e_x, e_z = self.E_X_MPa, self.E_Z_MPa
         s_xy, s_xz = -self.nu_XY / e_x, -self.nu_XZ / e_x
         compliance = np.zeros((6, 6))
@@ -91,12 +94,12 @@ class Elastic:
         return compliance
 
     def stiffness(self) -> NDArray[np.float64]:
-        """Stiffness, shape (6, 6), MPa; the inverse of `compliance`."""
+        """Return the stiffness, MPa, shape (6, 6), the inverse of `compliance`."""
         return np.asarray(np.linalg.inv(self.compliance()), dtype=np.float64)
 
     def _check_positive_definite(self) -> None:
-        # Scaled to unit diagonal, so that the eigenvalues are pure numbers and the six
-        # moduli's different sizes do not hide an indefinite combination.
+        # Scaled to unit diagonal, so that the eigenvalues are pure numbers and the different
+        # magnitudes of the six moduli do not hide an indefinite combination.
         compliance = self.compliance()
         scale = 1.0 / np.sqrt(np.diag(compliance))
         values, vectors = np.linalg.eigh(compliance * np.outer(scale, scale))
@@ -119,36 +122,36 @@ class Elastic:
 
 @dataclass(frozen=True)
 class LargeStrain:
-    """What the saturating-fibre law needs to know beyond the elastic constants.
+    """Constants of the saturating-fibre law at large strain.
 
-    Nobody has measured these for ramie: quote peak forces with their range over them.
+    They have not been measured for ramie: quote peak forces with their range over these constants.
 
     Attributes
     ----------
     fibre_strength
         Axial compressive stress at which fibres give way, s_c / G_XZ. A bundle of perfectly
         aligned fibres kinks at G_XZ (Rosen 1965), one misaligned by the angle phi at
-        ``G_XZ / (1 + phi / gamma_Y)`` (Argon 1972; Budiansky and Fleck 1993): with gamma_Y of
-        0.05, 0.2 stands for 0.2 rad; so does 0.1 with what the residual tangent adds up to a
-        strain of 0.1.
+        ``G_XZ / (1 + phi / gamma_Y)`` (Argon 1972; Budiansky and Fleck 1993). With gamma_Y = 0.05,
+        a value of 0.2 stands for 0.2 rad, and so does 0.1 together with what the residual tangent
+        adds up to a strain of 0.1.
     fibre_residual_tangent
-        Axial tangent left beyond it, h / G_XZ: crushed fibres bear on each other.
+        Axial tangent that remains beyond this stress, h / G_XZ: crushed fibres bear on each other.
     shear_yield_strain
-        Axial shear gamma_Y beyond which the matrix between the fibres yields.
+        Axial shear strain gamma_Y beyond which the matrix between the fibres yields.
     shear_residual_tangent
-        Shear tangent left beyond yield, R, over G_XZ. Where ``s_c + h |e|`` exceeds it sheared
-        fibres may kink: with the defaults beyond a compression of 0.1.
+        Shear tangent that remains beyond yield, R, over G_XZ. Where ``s_c + h |e|`` exceeds it,
+        sheared fibres may kink: with the defaults, beyond a compressive strain of 0.1.
     densification
-        How fast the section stiffens when crushed: compressed in one direction to the stretch
-        lambda, its tangent gains about this multiple of ``(ln lambda)^2``, as a cellular solid
-        that closes its cells (Gibson and Ashby 1997).
+        Stiffening of the section when it is crushed: compressed in one direction to the stretch
+        lambda, its tangent gains about this multiple of ``(ln lambda)^2``, as in a cellular solid
+        whose cells close (Gibson and Ashby 1997).
     bimodularity
-        Share of the fibres' axial stiffness that they have not in compression (bimodular materials:
+        Share of the fibres' axial stiffness that is missing in compression (bimodular materials:
         Ambartsumyan 1986); none by default.
     fibre_damage
         Share of the fibres' stress that is lost at a tensile strain of 0.05, by an energy limiter
-        (Volokh 2007); none by default. Unloading is elastic, for monotonic loading only, in all
-        laws but ``inelastic`` and ``inelastic_viscoelasticity``.
+        (Volokh 2007); none by default. Unloading recovers the damage, so that it serves monotonic
+        loading only, in all laws but ``inelastic`` and ``inelastic_viscoelasticity``.
     """
 
     fibre_strength: float = 0.1
@@ -179,7 +182,7 @@ class LargeStrain:
 
 @dataclass(frozen=True)
 class Material:
-    """What a layer is made of.
+    """Material of a layer.
 
     Attributes
     ----------
@@ -188,9 +191,9 @@ class Material:
     large_strain
         Constants at large strain.
     density_g_per_cm3
-        Mass density; used by dynamics only.
+        Mass density; used in dynamics only.
     law_constants
-        What the law declares beyond these, by name; those left out take the law's defaults.
+        Further constants that the law declares, by name; those left out take the law's defaults.
     """
 
     elastic: Elastic
@@ -213,7 +216,7 @@ class Material:
         object.__setattr__(self, "law_constants", numbers)
 
     def scaled(self, factor: float) -> Material:
-        """Return the material with all moduli that many times as large."""
+        """Return the material with all moduli multiplied by a factor."""
         names = ("E_X_MPa", "E_Z_MPa", "G_XZ_MPa", "G_XY_MPa")
         values = {name: getattr(self.elastic, name) for name in names}
         changed = {name: value * factor for name, value in values.items() if value is not None}

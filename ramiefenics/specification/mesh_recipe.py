@@ -1,4 +1,4 @@
-"""How finely the tube is cut; recipes by name, from the folder `meshes`."""
+"""Refinement of the tube's mesh; named recipes come from the folder `meshes`."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ from ramiefenics.specification.checks import check_choice, check_integer, check_
 from ramiefenics.specification.errors import SpecificationError
 
 LONGEST_UNDER_A_CYLINDER = 0.09
-"""Longest `MeshRecipe.contact_size`, two radii: a longer cell may miss the cylinder."""
+"""Largest `MeshRecipe.contact_size`, nearly two radii: a longer cell may miss the cylinder."""
 
 
 STEEPEST = 1000.0
-"""Largest over smallest element in a row that grows; beyond, Gmsh's nodes coincide."""
+"""Largest ratio of element sizes in a graded row; beyond it, nodes made by Gmsh coincide."""
 
 
 @dataclass(frozen=True)
 class MeshRecipe:
-    """How finely the tube is cut into hexahedra.
+    """How finely the tube is divided into hexahedra.
 
-    The recipes in the folder `meshes` state cost and accuracy of each.
+    The cost and accuracy of each named recipe are stated in the folder `meshes`.
 
     Attributes
     ----------
     name
-        The recipe's name; ``custom`` if a value differs from the recipe of that name.
+        Name of the recipe; ``custom`` if a value differs from the recipe of that name.
     order
         Polynomial order of displacement and geometry, 1 or 2.
     angular_elements
-        Elements along half the circumference; even, with a solid core the next multiple of four.
+        Elements along half the circumference; even, and rounded up to a multiple of four if the
+        core is solid.
     wall_elements
-        Elements through the layers inside the outermost one, shared out by thickness, at least
-        one each (a solid core is cut by its own block on top of it).
+        Elements through the layers inside the outermost one, distributed by thickness with at least
+        one per layer (a solid core has a block of elements in addition).
     rind_elements
         Elements through the outermost layer.
     contact_size
@@ -47,16 +48,17 @@ class MeshRecipe:
         Half length of the zone with that element length around each cylinder, relative to the
         shorter of the span and 9 diameters.
     growth
-        Element length gained per length of distance from the nearest zone.
+        Increase of the element length per distance from the nearest such zone.
     coarse_size
-        Largest element length along Z, relative to the shorter of the span and 9 diameters;
-        `contact_size` is at most this.
+        Largest element length along Z, relative to the shorter of the span and 9 diameters; a
+        larger `contact_size` is reduced to this.
     bore_growth, side_growth
-        Ratio of an element to the one before, going outward from the bore through each layer, and
-        from the stalk's sides (Y = 0), where the flattened void bends, to top and bottom.
+        Ratio of the size of an element to that of the one before: outwards from the bore through
+        each layer, and from the stalk's sides (Y = 0), where the flattened void bends, to its top
+        and bottom.
     serendipity
-        Leave out the displacement's nodes inside faces and cells: 20 instead of 27 per cell of
-        order 2. Cells of order 1 have none.
+        Whether to omit the displacement's nodes inside faces and cells: 20 instead of 27 per cell
+        of order 2. Cells of order 1 have no such nodes.
     """
 
     order: int
@@ -98,7 +100,7 @@ class MeshRecipe:
                 object.__setattr__(self, "name", recipe.name)
 
     def _check_grading(self, name: str, elements: int) -> None:
-        """Check that the smallest element is not lost beside the largest."""
+        """Check that the smallest element is not negligible beside the largest."""
         ratio = getattr(self, name)
         largest = STEEPEST ** (1.0 / elements)
         if ratio > largest:
@@ -107,9 +109,9 @@ class MeshRecipe:
 
     @property
     def max_force_error(self) -> float | None:
-        """Relative error that the recipe makes in the maximum force, None where not measured.
+        """Relative error of the maximum force with this recipe; None if it was not measured.
 
-        On the specimens that `meshes/README.md` names; in `meshes/errors.csv`.
+        Measured on the specimens named in `meshes/README.md`; stored in `meshes/errors.csv`.
         """
         return _errors().get(self.name)
 
@@ -124,19 +126,19 @@ def recipe_names() -> list[str]:
     return list(_names())
 
 
-@functools.cache  # every recipe that is made looks here
+@functools.cache  # every new recipe looks here
 def _names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in recipe_folder().glob("*.toml")))
 
 
 @functools.cache
 def mesh_recipe(name: str) -> MeshRecipe:
-    """Return the recipe of that name.
+    """Return the recipe of a given name.
 
     Raises
     ------
     SpecificationError
-        If there is none.
+        If there is no such recipe.
     """
     if name not in recipe_names():
         near = difflib.get_close_matches(name, recipe_names(), n=1)

@@ -1,4 +1,4 @@
-"""How the equations are solved: mesh recipe, contact, stepping, explicit dynamics."""
+"""Numerical settings: mesh recipe, contact, stepping, explicit dynamics."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class ContactMethod:
     Attributes
     ----------
     theta
-        1 symmetric, 0 incomplete (one term less), -1 skew-symmetric.
+        Variant of the method: 1 symmetric, 0 incomplete (one term less), -1 skew-symmetric.
     stabilisation
         Multiple of (normal stiffness of the cell / thickness of the cell) that penalises
-        penetration. Consistent for any value, but stable only where large enough: above about 5
-        for theta 0 and -1, above about 50 for theta 1.
+        penetration. The method is consistent for any value, but stable only for large ones: above
+        about 5 for theta 0 and -1, above about 50 for theta 1.
     presliding_mm
-        Slip over which friction builds up at a point at rest (Dahl 1968): the smaller, the sharper
-        Coulomb's law, and the more iterations.
+        Slip over which friction builds up at a point at rest (Dahl 1968): the smaller it is, the
+        closer to Coulomb's law, and the more iterations are needed.
     """
 
     theta: int = 0
@@ -43,22 +43,23 @@ class ContactMethod:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Increments of the indenter's travel and Newton's method within each.
+    """Increments of the indenter's travel, and Newton's method within each.
 
     Attributes
     ----------
     first_step_mm, max_step_mm, min_step_mm
-        First, largest and smallest increment. The first is at most the largest, the smallest at
-        most either: what is set above them becomes equal. It is at most a hundredth of the whole
-        path, too. Where the smallest finds no equilibrium nearby, the stalk jumps: see
-        ``docs/model.md``.
+        First, largest and smallest increment. The first is at most the largest; the smallest is at
+        most the first, and at most a hundredth of the whole path. Larger settings are reduced to
+        these limits. If there is no equilibrium nearby even with the smallest increment, the stalk
+        jumps: see ``docs/model.md``.
     max_iterations
-        Newton iterations before the increment is cut.
+        Most Newton iterations before the increment is cut.
     relative_tolerance
-        Residual norm relative to the norm of the contact forces.
+        Norm of the residual at convergence, relative to the norm of the contact forces.
     force_tolerance
-        Error of the curve, read by straight lines between steps, that steps are made for; relative
-        to the force at the end of the travel if it grew along its secant.
+        Allowed error of the curve if it is interpolated linearly between steps, which determines
+        their length. During the first loading it is relative to the force extrapolated along the
+        secant to the end of the travel, and afterwards to the largest force so far.
     linear_solver
         ``direct`` (MUMPS), ``iterative`` (algebraic multigrid) or ``auto``: direct up to 200,000
         unknowns.
@@ -73,7 +74,7 @@ class Stepping:
     linear_solver: str = "auto"
 
     def __post_init__(self) -> None:
-        """Check signs; put the increments in order."""
+        """Check signs, and reduce increments to their limits."""
         for name in ("min_step_mm", "max_step_mm", "first_step_mm"):
             check_number(self, name, above=0.0, unit="mm")
         first = min(self.first_step_mm, self.max_step_mm)
@@ -87,32 +88,33 @@ class Stepping:
 
 @dataclass(frozen=True)
 class Explicit:
-    """Central differences in time, by which the quasi-static answer is checked.
+    """Explicit dynamics by central differences, a check of the quasi-static solution.
 
     Attributes
     ----------
     duration_s
-        Of the whole travel. The longer, the closer to equilibrium, and the more steps.
+        Duration of the whole travel. The longer it is, the closer the stalk is to equilibrium, and
+        the more steps are needed.
     ramp
-        Share of the duration in which the indenter's velocity rises smoothly from zero; constant
-        afterwards.
+        Share of the duration in which the indenter's velocity rises smoothly from zero; afterwards
+        it is constant.
     mass_factor
-        All densities are multiplied by it (mass scaling). Time steps grow with its square root,
-        and so does what inertia does to the force, as if the test were so much shorter.
+        Factor on all densities (mass scaling). Time steps grow with its square root, and inertia
+        acts as in a test that is shorter by the same ratio.
     viscosity
-        Damping of the highest frequency, about this share of the critical one; of lower ones in
-        proportion to the frequency. Without it friction, whose tangent is not symmetric, may feed
-        vibrations of crushed cells under the cylinders.
+        Damping of the highest frequency, approximately as a share of the critical damping; lower
+        frequencies are damped in proportion to the frequency. Without it friction, whose tangent is
+        not symmetric, may feed vibrations of crushed cells under the cylinders.
     drag
-        Damping of what the velocity differs by from its mean over a twentieth of the duration, in
-        proportion to the mass. In the course of the test such a vibration fades by
+        Damping, in proportion to the mass, of the difference between the velocity and its mean over
+        a twentieth of the duration. In the course of the test such a vibration decays by
         ``exp(-drag / 2)``. Without it the stalk swings between its cylinders, and friction, whose
         direction changes with every swing, holds less.
     step_share
-        Time step over the longest stable one.
+        Ratio of the time step to the longest stable one.
     max_energy_error
-        Share of the energy that may appear or vanish; a run in which more does after the first
-        tenth of the travel ends.
+        Share of the energy that may appear or vanish; a run that exceeds it after the first tenth
+        of the travel is ended.
     """
 
     duration_s: float = 0.05
@@ -139,21 +141,25 @@ DOMAINS = ("quarter", "half", "full")
 
 @dataclass(frozen=True)
 class Numerics:
-    """Everything that a better computer would make finer without changing the question.
+    """Settings of the numerical solution, which do not change the problem that is solved.
 
     Attributes
     ----------
     domain
-        ``quarter`` (X >= 0, Z >= 0), ``half`` (X >= 0) or ``full``. Forces are always those of
-        the whole stalk.
-    mesh, contact, stepping
-        The parts.
+        Modelled part of the stalk: ``quarter`` (X >= 0, Z >= 0), ``half`` (X >= 0) or ``full``.
+        Forces are always those of the whole stalk.
+    mesh
+        Refinement of the mesh: the name of a recipe, or its values.
+    contact
+        Contact method.
+    stepping
+        Increments of travel, and Newton's method.
     explicit
         Explicit dynamics, which only `simulate_explicitly` and ``ramiefenics explicit`` use.
     acoustic_check
-        Search for the smallest acoustic eigenvalue at every saved step, and with it for the loss of
-        ellipticity. Costs up to a tenth of a run; for sweeps around a specification that is known
-        to be sound it can be left out.
+        Whether to compute the smallest acoustic eigenvalue at every saved step, which detects the
+        loss of ellipticity. It costs up to a tenth of a run, and is not needed in sweeps around a
+        specification that is known to be sound.
     """
 
     domain: str = "quarter"
@@ -164,7 +170,7 @@ class Numerics:
     acoustic_check: bool = True
 
     def __post_init__(self) -> None:
-        """Check the domain."""
+        """Check the choices and the parts."""
         check_choice(self, "domain", DOMAINS)
         check_instance(self, "mesh", MeshRecipe)
         check_instance(self, "contact", ContactMethod)
@@ -173,9 +179,12 @@ class Numerics:
         check_choice(self, "acoustic_check", (False, True))
 
     def whole(self) -> Numerics:
-        """Return the same with the whole stalk, for what has no plane of symmetry."""
+        """Return the same settings with the whole stalk, for tests without a symmetry plane."""
         return replace(self, domain="full")
 
     def whole_length(self) -> Numerics:
-        """Return the same with both halves of the stalk's length, for what differs at Z and -Z."""
+        """Return the same settings with both halves of the stalk's length.
+
+        For tests that are not symmetric about the plane Z = 0.
+        """
         return replace(self, domain="half") if self.domain == "quarter" else self

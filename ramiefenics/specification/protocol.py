@@ -1,4 +1,4 @@
-"""What the drive does: the path of the indenter, and how often full fields are kept."""
+"""Loading protocol: the path of the indenter, and how often full fields are saved."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ramiefenics.specification.errors import SpecificationError
 
 @dataclass(frozen=True)
 class Target:
-    """What the drive does next: it goes to a travel, or stays where it is.
+    """Next action of the drive: a move to a travel, or a hold.
 
     Attributes
     ----------
     to_mm
-        Travel to go to, up or down; 0 is where it touched first.
+        Travel to move to, up or down; 0 is the travel at first touch.
     speed_mm_per_s
-        Speed on the way there; that of the protocol if left out.
+        Speed of the move; that of the protocol if left out.
     hold_s
-        Time to stay, instead.
+        Duration of a hold, in place of a move.
     """
 
     to_mm: float | None = None
@@ -27,7 +27,7 @@ class Target:
     hold_s: float | None = None
 
     def __post_init__(self) -> None:
-        """Check that it is one of the two."""
+        """Check that the target is either a move or a hold."""
         if (self.to_mm is None) == (self.hold_s is None):
             stated = {"to_mm": self.to_mm, "hold_s": self.hold_s}
             raise SpecificationError("", stated, "must have one of to_mm and hold_s")
@@ -43,19 +43,19 @@ class Target:
 
 
 MOST_STATES = 1000
-"""Whose fields are saved: gigabytes, on a fine mesh."""
+"""Largest number of states whose fields are saved: gigabytes on a fine mesh."""
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of the path, at one speed.
+    """A part of the path at constant speed.
 
     Attributes
     ----------
     from_mm, to_mm
-        Travel at its ends; equal in a hold.
+        Travel at the start and at the end; equal in a hold.
     duration_s
-        Time it takes.
+        Duration.
     """
 
     from_mm: float
@@ -65,7 +65,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Protocol:
-    """What the indenter does, and how often full fields are kept.
+    """Path of the indenter, and how often full fields are saved.
 
     Attributes
     ----------
@@ -74,9 +74,9 @@ class Protocol:
     save_every_mm
         Fields are saved at multiples of this travel and at the end of every leg of the path.
     speed_mm_per_s
-        Speed of the indenter, for materials that feel it; the study does not print its own.
+        Speed of the indenter, for rate-dependent materials; the study does not state its speed.
     then
-        What follows the first loading, one after the other: unloading, holding, loading again.
+        What follows the first loading, in order: unloading, holds, reloading.
     """
 
     travel_mm: float = 14.0
@@ -85,7 +85,7 @@ class Protocol:
     then: tuple[Target, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that all are positive, and that every target is another one."""
+        """Check that values are positive, and that every move changes the travel."""
         check_number(self, "travel_mm", above=0.0, unit="mm")
         check_number(self, "save_every_mm", above=0.0, unit="mm")
         check_number(self, "speed_mm_per_s", above=0.0, unit="mm/s")
@@ -103,12 +103,12 @@ class Protocol:
 
     @property
     def length_mm(self) -> float:
-        """What the indenter goes, there and back."""
+        """Length of the whole path, there and back."""
         return sum(abs(leg.to_mm - leg.from_mm) for leg in self.legs)
 
     @property
     def legs(self) -> tuple[Leg, ...]:
-        """The path, the first loading included."""
+        """Legs of the path, including the first loading."""
         legs = [Leg(0.0, self.travel_mm, self.travel_mm / self.speed_mm_per_s)]
         for target in self.then:
             at = legs[-1].to_mm
@@ -121,16 +121,21 @@ class Protocol:
 
     @property
     def unloads(self) -> bool:
-        """Whether the indenter goes back at some time."""
+        """Whether the indenter moves back at any time."""
         return any(leg.to_mm < leg.from_mm for leg in self.legs)
 
     def check_loading_only(self, what: str) -> None:
-        """Check that nothing follows the first loading, where that is all that can be followed.
+        """Check that nothing follows the first loading, for methods that are limited to it.
+
+        Parameters
+        ----------
+        what
+            Name of the method in the message, in the plural.
 
         Raises
         ------
         SpecificationError
-            If something does.
+            If anything follows.
         """
         if self.then:
             allowed = f"must be left out: {what} follow the first loading only"
@@ -138,5 +143,5 @@ class Protocol:
 
     @property
     def duration_s(self) -> float:
-        """Time that the whole path takes."""
+        """Duration of the whole path."""
         return sum(leg.duration_s for leg in self.legs)

@@ -1,4 +1,4 @@
-"""Files that others have written: read whole, within bounds, or refused in one sentence."""
+"""Reading of users' files, with limits on their size and one-sentence error messages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from ramiefenics.specification.errors import SpecificationError
 
 LARGEST_BYTES = 200_000_000
-"""Of a file that is read into memory: a record of hours at a kilohertz."""
+"""Largest size of a file that is read into memory: hours of recording at 1 kHz."""
 
 LARGEST_TOML_BYTES = 10_000_000
 
@@ -28,7 +28,7 @@ def read_bytes(path: Path, most: int = LARGEST_BYTES) -> bytes:
         about = path.stat()
         regular, small = stat.S_ISREG(about.st_mode), about.st_size <= most
         content = path.read_bytes() if regular and small else b""
-    except (OSError, ValueError) as error:  # the latter of a name that no file can have
+    except (OSError, ValueError) as error:  # ValueError for a name that no file can have
         why = getattr(error, "strerror", None) or error
         raise SpecificationError("file", str(path), f"cannot be read ({why})") from error
     if not regular:
@@ -41,12 +41,12 @@ def read_bytes(path: Path, most: int = LARGEST_BYTES) -> bytes:
 
 
 def parse_toml(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
-    """Return what TOML says.
+    """Parse TOML.
 
     Raises
     ------
     ValueError
-        If it is no TOML, nested too deeply, or has a number of too many digits.
+        If it is not valid TOML, is nested too deeply, or has a number with too many digits.
     """
     try:
         return tomllib.loads(text, parse_float=parse_float)
@@ -62,12 +62,12 @@ def read_toml(path: str | Path, parse_float: Callable[[str], Any] = float) -> di
     path
         The file.
     parse_float
-        What numbers with a decimal point become; `str` keeps their digits.
+        Converter of numbers with a decimal point; `str` keeps their digits.
 
     Raises
     ------
     SpecificationError
-        If there is no such file, or it is no TOML.
+        If the file cannot be read or is not valid TOML.
     """
     content = read_bytes(Path(path), LARGEST_TOML_BYTES)
     try:

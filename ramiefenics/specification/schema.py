@@ -1,7 +1,7 @@
-"""JSON schemas of the files that a user writes, from the classes that read them.
+"""JSON schemas of the files that users write, generated from the classes that read them.
 
-Editors complete keys by them, show what each means, and mark what is unknown. Bounds are not in
-them: those are checked where the file is read.
+Editors use them to complete keys, to show the meaning of each, and to mark unknown ones. They do
+not contain bounds, which are checked when the file is read.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ TYPES = {float: "number", int: "integer", str: "string", bool: "boolean", dict: 
 
 
 def schema(cls: Any, title: str, without: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of the files that a dataclass is read from.
+    """Return the JSON schema (draft 2020-12) of the files from which a dataclass is read.
 
     Parameters
     ----------
     cls
         The dataclass.
     title
-        Of the schema.
+        Title of the schema.
     without
-        Fields that the file does not state.
+        Names of fields that do not occur in the file.
     """
     inside: dict[str, Any] = {}
     whole = _table(cls, inside, without)
@@ -62,7 +62,7 @@ def _kind(hint: Any, inside: dict[str, Any]) -> dict[str, Any]:
     if dataclasses.is_dataclass(hint):
         name = typing.cast(type, hint).__name__
         if name not in inside:
-            inside[name] = {}  # its place, should it be inside itself
+            inside[name] = {}  # placeholder, in case the class contains itself
             inside[name] = _table(hint, inside)
         table = {"$ref": f"#/$defs/{name}"}
         return {"anyOf": [{"enum": recipe_names()}, table]} if hint is MeshRecipe else table

@@ -1,4 +1,4 @@
-"""Specifications from names, files and changes by short keys."""
+"""Specifications from names or files, with changes by short keys."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ramiefenics.specification.explained import keys
 from ramiefenics.specification.files import labels, override, read_test, to_dict
 
 Source = BendingTest | str | Path
-"""A specification, its TOML file, or the name of one."""
+"""A specification, its TOML file, or its name."""
 
 UNITS = (
     *("mm_per_MPa", "N_per_mm", "mm_per_N", "mm_per_s", "g_per_cm3", "per_m"),
     *("mm", "MPa", "N", "s", "deg"),
 )
-"""Ends of keys that have units."""
+"""Units as they end the names of keys."""
 
 
 def as_test(source: Source, **changes: Any) -> BendingTest:
@@ -31,9 +31,9 @@ def as_test(source: Source, **changes: Any) -> BendingTest:
     source
         A specification, a TOML file, or a name such as ``"table3"``.
     changes
-        Values by the last part of their key, if it is the only one (``indenter_radius_mm=10``), or
-        nested, as in TOML (``fixture={"friction": {"static": 0.3}}``). A quantity of Pint is
-        converted to the key's unit.
+        Values by the last part of their key, if that is unique (``indenter_radius_mm=10``), or
+        nested, as in TOML (``fixture={"friction": {"static": 0.3}}``). A Pint quantity is converted
+        to the unit of the key.
 
     Raises
     ------
@@ -56,13 +56,13 @@ def as_test(source: Source, **changes: Any) -> BendingTest:
 def _found(source: str | Path) -> BendingTest:
     text = str(source)
     if isinstance(source, str) and "/" not in text and not text.endswith(".toml"):
-        found: BendingTest = sys.modules["ramiefenics"].published_test(text)  # it imports this one
+        found: BendingTest = sys.modules["ramiefenics"].published_test(text)  # it imports this file
         return found
     return read_test(source)
 
 
 def _whole(test: BendingTest, name: str, value: Any) -> str:
-    """Return the dotted key of which a name is the last part."""
+    """Return the full dotted key that a name is the last part of."""
     fitting = sorted({key for key in _keys(test) if f".{key}".endswith(f".{name}")})
     first = [key for key in fitting if key == name] or fitting
     if len(first) == 1:
@@ -75,7 +75,7 @@ def _whole(test: BendingTest, name: str, value: Any) -> str:
 
 
 def _keys(test: BendingTest) -> Iterator[str]:
-    """Yield the dotted keys of all values and tables, entries of lists by their names."""
+    """Yield the dotted keys of all values and tables, with entries of lists by name."""
     data = to_dict(test)
     for key in keys():
         path, _, rest = key.path.partition(".NAME")
@@ -90,7 +90,7 @@ def _keys(test: BendingTest) -> Iterator[str]:
 
 
 def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values of nested mappings."""
+    """Yield the dotted keys and the values of nested mappings."""
     if not isinstance(value, Mapping):
         yield key, value
         return
@@ -99,13 +99,13 @@ def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _in_unit(key: str, value: Any) -> Any:
-    """Return a number of Pint's as one in the unit that the key ends with."""
+    """Return a Pint quantity as a number in the unit of the key; anything else unchanged."""
     if not (hasattr(value, "magnitude") and hasattr(value, "to")):
         return value
     unit = next((unit for unit in UNITS if key.endswith(f"_{unit}")), "")
     asked = re.sub(r"^per_", "1/", unit).replace("_per_", "/").replace("cm3", "cm^3")
     try:
         return float(value.to(asked or "dimensionless").magnitude)
-    except Exception as error:  # Pint's own, which need not be installed
+    except Exception as error:  # those of Pint, which need not be installed
         allowed = f"must be a quantity in {asked or 'no unit'}"
         raise SpecificationError(key, str(value), allowed) from error

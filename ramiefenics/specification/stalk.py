@@ -21,7 +21,7 @@ Places = TypeVar("Places", float, NDArray[np.floating[Any]])
 NODE_POISSON = 0.3
 
 LONGEST_MM = 2e5
-"""Of a stalk: no plant is as long."""
+"""Greatest length of a stalk: no plant is as long."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class Layer:
     Attributes
     ----------
     name
-        A word; the mesh's physical group carries it.
+        Name, one word; also that of the physical group in the mesh.
     outer_diameter_mm
-        Outer diameter; the inner one is that of the layer inside, or of the void.
+        Outer diameter; the inner diameter is the outer one of the layer inside, or the void's.
     material
-        What it is made of.
+        Material of the layer.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Layer:
 
 
 THINNEST = 1e-4
-"""Thickness of a layer, and diameter of a void, over that of the stalk."""
+"""Least thickness of a layer, and least diameter of a void, over the stalk's diameter."""
 
 
 @dataclass(frozen=True)
@@ -63,55 +63,55 @@ class Stalk:
     Attributes
     ----------
     length_mm
-        Length along its axis, Z unless it is bowed.
+        Length along the stalk's axis, which is Z unless the stalk is bowed.
     void_diameter_mm
         Diameter of the pith void; 0 for a solid core.
     layers
-        From the inside out.
+        Layers, from the inside out.
     section_height_mm
-        Height of an elliptic section, along Y; diameters are widths then, along X, and void and
-        layers have the outer ellipse's shape. A circle if left out.
+        Height of an elliptic section, along Y. The diameters are then widths, along X, and void and
+        layers have the proportions of the outer ellipse. If left out, the section is a circle.
     rotation_deg
         Angle by which the section is turned about the stalk's axis, from X to Y.
     taper
-        Loss of outer diameter per length along Z; the section stays similar to itself.
+        Loss of outer diameter per length along Z; the sections stay geometrically similar.
     measured_at_mm
-        Z of the section that has the given diameters, 0 at midspan.
+        Z of the section that has the given diameters; 0 is midspan.
     position_mm
-        Where on the plant midspan was, for instance its height above ground.
+        Position of midspan on the plant, for instance its height above ground.
     stiffness_gradient_per_m
-        Relative change of all moduli of all layers per metre of `position_mm`; the given ones are
-        those at `reference_position_mm`. Within the specimen they are those of midspan: to first
-        order the force does not depend on what is stiffer on one side and softer on the other.
+        Relative change of all moduli of all layers per metre of `position_mm`; the given moduli are
+        those at `reference_position_mm`. The whole specimen has the moduli of its midspan: if one
+        side is stiffer and the other softer, the force does not change to first order.
     reference_position_mm
-        Where on the plant the moduli are the given ones.
+        Position on the plant where the moduli are the given ones.
     place_mm, place_factor
-        Places on the plant, ascending, and a factor on all moduli of all layers at each: linear in
-        between, constant beyond.
+        Positions on the plant, ascending, and a factor on all moduli of all layers at each; linear
+        in between, constant beyond.
     moisture
         Mass of water over dry mass.
     moisture_softening
-        Relative loss of all moduli of all layers per `moisture`: they go with
+        Relative loss of all moduli of all layers per unit of `moisture`: they are multiplied by
         ``exp(-moisture_softening (moisture - reference_moisture))``.
     reference_moisture
         Moisture at which the moduli are the given ones.
     void_offset_mm
-        Rise of the void's centre over the stalk's axis, along the section's height: towards the
-        indenter, if it is not turned. The innermost layer is thinner there; the others are
-        concentric.
+        Height of the void's centre above the stalk's axis, along the section's height; positive
+        towards the indenter, if the section is not turned. The innermost layer is thinner on that
+        side; the others are concentric.
     node_thickness_mm
-        Thickness along Z of a node, a diaphragm that closes the void; 0 for none. Fibres cross
-        in it: its material is that of the innermost layer, but isotropic, in all directions as
-        stiff as that along its fibres.
+        Thickness along Z of a node, a diaphragm that closes the void; 0 for none. As fibres cross
+        in a node, its material is that of the innermost layer, but isotropic and in all directions
+        as stiff as that layer is along its fibres.
     node_at_mm
-        Z of its middle.
+        Z of the middle of the node.
     curvature_per_m
-        Curvature of its axis before it is touched, an arc whose top is at midspan: ends are lower
-        if it is positive, higher if it is negative. Fibres follow it.
+        Curvature of the stalk's axis before loading, an arc whose top is at midspan: the ends are
+        lower if it is positive, higher if it is negative. Fibres follow the arc.
     tissue
-        How it differs from place to place.
+        Variation of the tissue within the stalk.
     bond
-        Of the outermost layer to the one inside it.
+        Bond of the outermost layer to the one inside it.
     """
 
     length_mm: float
@@ -137,7 +137,7 @@ class Stalk:
     bond: Bond = field(default_factory=Bond)
 
     def __post_init__(self) -> None:
-        """Check that diameters increase from the void outwards and that names are unique."""
+        """Check values, that diameters increase outwards, and that names are unique."""
         check_number(self, "length_mm", above=0.0, at_most=LONGEST_MM, unit="mm")
         check_number(self, "void_diameter_mm", at_least=0.0, unit="mm")
         object.__setattr__(self, "layers", tuple(self.layers))
@@ -199,7 +199,7 @@ class Stalk:
             )
 
     def _check_thickness(self) -> None:
-        """Check that void and layers are wide enough to be told from points and surfaces."""
+        """Check that the void is not as narrow as a line, nor a layer as thin as a surface."""
         least = THINNEST * self.outer_diameter_mm
         if 0.0 < self.void_diameter_mm < least:
             allowed = f"must be 0 or at least {least:.3g} mm, a ten-thousandth of the stalk's"
@@ -213,7 +213,7 @@ class Stalk:
                 raise SpecificationError(field, layer.outer_diameter_mm, allowed)
 
     def _check_void(self) -> None:
-        """Check that a void off the axis is within the innermost layer."""
+        """Check that an eccentric void lies within the innermost layer."""
         if self.void_offset_mm == 0.0:
             return
         if self.void_diameter_mm == 0.0:
@@ -226,7 +226,7 @@ class Stalk:
             raise SpecificationError("void_offset_mm", self.void_offset_mm, allowed)
 
     def _check_node(self) -> None:
-        """Check that there is a void for the node to close, and that it is within the stalk."""
+        """Check that there is a void for the node to close, and that the node is in the stalk."""
         check_number(self, "node_thickness_mm", at_least=0.0, unit="mm")
         if self.node_thickness_mm == 0.0:
             return
@@ -240,7 +240,7 @@ class Stalk:
 
     @property
     def node_mm(self) -> tuple[float, float] | None:
-        """Z of both faces of the node; None if there is none."""
+        """Z of the two faces of the node; None if there is no node."""
         if self.node_thickness_mm == 0.0:
             return None
         half = self.node_thickness_mm / 2.0
@@ -248,7 +248,7 @@ class Stalk:
 
     @property
     def materials(self) -> tuple[Material, ...]:
-        """Of the layers, from the inside out, and of the node if there is one; at midspan."""
+        """Materials of the layers, inside out, then of the node, if any; moduli as at midspan."""
         made = [layer.material for layer in self.layers]
         if self.node_mm is not None:
             elastic = Elastic.isotropic(made[0].elastic.E_Z_MPa, NODE_POISSON)
@@ -256,12 +256,12 @@ class Stalk:
         return tuple(material.scaled(self.stiffness_factor) for material in made)
 
     def void_centre_mm(self, z_mm: float) -> tuple[float, float]:
-        """Return X and Y of the void's centre at Z."""
+        """Return X and Y of the void's centre at Z, mm."""
         angle, offset = math.radians(self.rotation_deg), self.scale_at(z_mm) * self.void_offset_mm
         return -offset * math.sin(angle), offset * math.cos(angle)
 
     def scale_at(self, z_mm: Places) -> Places:
-        """Return the diameters at Z over the given ones."""
+        """Return the ratio of the diameters at Z to the given ones."""
         return 1.0 - self.taper * (z_mm - self.measured_at_mm) / self.outer_diameter_mm
 
     def measured_at_midspan(self) -> Stalk:
@@ -281,12 +281,12 @@ class Stalk:
 
     @property
     def position_factor(self) -> float:
-        """What the gradient makes of the moduli at the place on the plant, at midspan."""
+        """Factor of the stiffness gradient on the moduli, at midspan's position on the plant."""
         metres = (self.position_mm - self.reference_position_mm) / 1000.0
         return 1.0 + self.stiffness_gradient_per_m * metres
 
     def factor_at(self, position_mm: Places) -> Places:
-        """Return what `place_factor` makes of the moduli at places on the plant."""
+        """Return the factor on the moduli, by `place_factor`, at positions on the plant."""
         if not self.place_mm:
             return 1.0 + 0.0 * position_mm
         factor = np.interp(position_mm, self.place_mm, self.place_factor)
@@ -294,12 +294,12 @@ class Stalk:
 
     @property
     def moisture_factor(self) -> float:
-        """What moisture multiplies the moduli by."""
+        """Factor of the moisture on the moduli."""
         return math.exp(self.moisture_softening * (self.reference_moisture - self.moisture))
 
     @property
     def stiffness_factor(self) -> float:
-        """The moduli at midspan over the given ones."""
+        """Ratio of the moduli at midspan to the given ones."""
         return self.position_factor * self.factor_at(self.position_mm) * self.moisture_factor
 
     @property
@@ -309,20 +309,20 @@ class Stalk:
 
     @property
     def height_mm(self) -> float:
-        """Height of the section where it was measured; before it is turned."""
+        """Height of the section where it was measured, before it is turned."""
         height = self.section_height_mm
         return self.outer_diameter_mm if height is None else height
 
     @property
     def top_mm(self) -> float:
-        """Rise of the highest point of the section, turned as it is, over the stalk's axis."""
+        """Height of the turned section's highest point above the stalk's axis."""
         angle = math.radians(self.rotation_deg)
         width, height = self.outer_diameter_mm, self.height_mm
         return math.hypot(height * math.cos(angle), width * math.sin(angle)) / 2.0
 
     @property
     def radii_mm(self) -> tuple[float, ...]:
-        """Radii of the void and of every layer, inside out; one more than there are layers."""
+        """Radii of the void and of all layers, inside out; one more than there are layers."""
         return (
             self.void_diameter_mm / 2.0,
             *(layer.outer_diameter_mm / 2.0 for layer in self.layers),

@@ -1,4 +1,4 @@
-"""How tissue differs from place to place within a stalk."""
+"""Variation of the tissue within a stalk."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from ramiefenics.specification.checks import check_number
 
 @dataclass(frozen=True)
 class Tissue:
-    """What layers of one material each, with fibres along the stalk, leave out.
+    """Deviations from uniform layers whose fibres run along the stalk without stress.
 
     Attributes
     ----------
     radial_gradient
-        What all moduli at the outside of a layer exceed those at its inside by, over their mean;
-        in between they are linear in the radius. The layer's mean over its area is the given one.
+        Difference of all moduli between the outside and the inside of a layer, over their mean;
+        they are linear in the radius. The mean over the area of the layer is the given modulus.
     fibre_angle_deg
-        Angle by which fibres lean from the stalk's axis towards the tangent, from X to Y: helices.
+        Angle by which fibres lean from the stalk's axis towards the tangent, from X to Y; they form
+        helices.
     growth_strain
-        Strain along the fibres at the stalk's surface before it is touched, linear in the radius
-        and zero where it balances the layers' axial forces: with a positive one the outside is in
-        tension, the inside in compression.
+        Strain along the fibres at the stalk's surface before loading, linear in the radius and zero
+        where this balances the axial forces of the layers. If it is positive, the outside is in
+        tension and the inside in compression.
     """
 
     radial_gradient: float = 0.0

@@ -1,4 +1,4 @@
-"""Python files of the user's own: effects, laws, readers of raw files."""
+"""Python files written by users: effects, laws, readers of raw files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 def load_objects(path: str | Path, kind: type[T], field: str) -> list[T]:
-    """Run a Python file, and return the objects of a kind that it defines at its top level.
+    """Run a Python file and return the objects of a class that it defines at its top level.
 
     Parameters
     ----------
@@ -21,19 +21,19 @@ def load_objects(path: str | Path, kind: type[T], field: str) -> list[T]:
     kind
         Class of the objects.
     field
-        What the file was given as, named in errors.
+        Key or option that names the file, for error messages.
 
     Raises
     ------
     SpecificationError
-        If there is no such file, it does not run, or it defines none.
+        If there is no such file, it does not run, or it defines no such object.
     """
     path = Path(path)
     if path.suffix != ".py" or not path.is_file():
         raise SpecificationError(field, str(path), "must be a Python file")
     module = ModuleType(path.stem)
     module.__file__ = str(path)
-    try:  # without a cache beside the user's file
+    try:  # not by an import, which would leave a cache beside the user's file
         exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
     except SpecificationError:
         raise

@@ -21,21 +21,21 @@ Array = NDArray[np.floating[Any]]
 Path = tuple[str | int, ...]
 
 PARTS = ("stalk", "fixture")
-"""Of a specification, whose numbers are coordinates; all others must be the same."""
+"""Parts of a specification whose numbers are coordinates; everything else must be the same."""
 
 LOGARITHMIC = ("_mm", "_MPa")
-"""Ends of the names of numbers whose logarithm is the coordinate."""
+"""Endings of the names of numbers whose logarithm is the coordinate."""
 
 SIGNED = ("void_offset_mm", "node_at_mm", "indenter_offset_mm", "z_mm")
-"""Lengths to either side: they are coordinates themselves."""
+"""Lengths that may be negative, which are coordinates themselves."""
 
 SMALLEST = 1e-9
-"""What a number that is zero has the logarithm of: it is far from all that are not."""
+"""Number whose logarithm stands for that of zero; it is far from those of all nonzero numbers."""
 
 
 @functools.lru_cache(maxsize=REMEMBERED)
 def numbers(test: BendingTest) -> Mapping[Path, float]:
-    """Return the numbers of stalk and fixture by their place."""
+    """Return the numbers of stalk and fixture, by their paths."""
     found: dict[Path, float] = {}
 
     def walk(part: Any, path: Path) -> None:
@@ -52,18 +52,18 @@ def numbers(test: BendingTest) -> Mapping[Path, float]:
 
 
 def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:
-    """Return the test with other numbers."""
+    """Return the test with some numbers replaced."""
     return test_from_dict(_replaced(test, values))
 
 
 def rest_of(test: BendingTest) -> str:
-    """Return all of a specification but these numbers, as text."""
+    """Return everything in a specification except these numbers, as text."""
     blank = _replaced(test, dict.fromkeys(numbers(test)))
     return json.dumps(blank, sort_keys=True)
 
 
 def _replaced(test: BendingTest, values: Mapping[Path, float | None]) -> dict[str, Any]:
-    """Return a specification as mappings and lists, with other values at some places."""
+    """Return a specification as mappings and lists, with other values at some paths."""
     data: dict[str, Any] = to_dict(test)
     for path, value in values.items():
         part: Any = data
@@ -84,7 +84,7 @@ def is_size(path: Path) -> bool:
 
 
 def coordinates(values: Mapping[Path, float], paths: Sequence[Path]) -> Array:
-    """Return coordinates of some numbers, shape (len(paths),)."""
+    """Return the coordinates of the numbers at some paths, shape (len(paths),)."""
     return np.array(
         [
             math.log(max(values[path], SMALLEST)) if is_logarithmic(path) else values[path]
@@ -100,9 +100,9 @@ class Direction:
     Attributes
     ----------
     name
-        One word.
+        Name, one word.
     paths, weights
-        Which, and by how much per unit.
+        Paths of these coordinates, and the change of each per unit.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Direction:
     """A change that matters."""
 
     def apply(self, test: BendingTest, amount: float) -> BendingTest:
-        """Return the specification with these coordinates changed."""
+        """Return the specification with these coordinates changed by an amount."""
         values, changed = numbers(test), {}
         for path, weight in zip(self.paths, self.weights, strict=True):
             change = amount * weight

@@ -1,4 +1,4 @@
-"""Force curves of specifications that differ by numbers, learned from those that were simulated."""
+"""Force curves of specifications that differ by numbers, learned from simulations of some."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ramiefenics.surrogate.process import Observed, Process
 Array = NDArray[np.floating[Any]]
 
 DISPLACEMENTS = 56
-"""At which curves are learned, equally spaced."""
+"""Number of equally spaced displacements at which curves are learned."""
 
 EXACT = 1e-9
-"""Error over the peak below which nothing is said of how exact it is."""
+"""Least expected error, relative to the peak, with which an actual error is compared."""
 
 ROUNDING = 1e-6
-"""Coordinates over their range that differ by less do not differ."""
+"""Difference of coordinates, relative to their range, below which these count as equal."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class Run:
     along
         Directions of the derivatives, shape (q, d).
     displacement_mm
-        Shape (p,).
+        Displacements, shape (p,).
     force_N, by_direction_N
-        Forces there, shape (p,), and their derivatives, shape (q, p).
+        Forces there, shape (p,), and their derivatives along the directions, shape (q, p).
     error
-        Why it failed, if it did; then there are no forces.
+        Reason of the failure if it failed, in which case there are no forces.
     smooth
-        Whether jumps were refused: then it may have failed by one.
+        Whether jumps were refused, in which case it may have failed because of one.
     """
 
     at: Array
@@ -54,14 +54,14 @@ class Run:
     smooth: bool = False
 
     def weights(self, changes: Array) -> Array | None:
-        """Return changes, shape (k, d), as combinations of `along`; None where that cannot be."""
+        """Return changes, shape (k, d), as combinations of `along`; None if that is impossible."""
         if not len(changes):
             return np.zeros((0, len(self.along)))
         weights = np.linalg.lstsq(self.along.T, changes.T, rcond=None)[0].T
         return weights if np.allclose(weights @ self.along, changes, atol=ROUNDING) else None
 
     def reaches(self, travel_mm: float) -> bool:
-        """Return whether there are forces up to a displacement."""
+        """Return whether there are positive forces up to a displacement."""
         return bool(
             self.error is None
             and self.displacement_mm[-1] > travel_mm - 1e-9
@@ -69,7 +69,7 @@ class Run:
         )
 
     def logarithms(self, at_mm: Array) -> Array:
-        """Return that of force over displacement, and its derivatives, shape (1 + q, m)."""
+        """Return the logarithm of force over displacement, and its derivatives, (1 + q, m)."""
         x = self.displacement_mm
         read = Akima1DInterpolator(x, np.vstack([self.force_N, self.by_direction_N]), axis=1)
         force, *slopes = read(np.minimum(at_mm, x[-1]))
@@ -77,14 +77,14 @@ class Run:
 
 
 class Family:
-    """What can be said of curves from runs.
+    """Curves of one family of specifications, learned from runs.
 
     Parameters
     ----------
     runs
-        What has been simulated, some of it to the end.
+        Simulations, some of which have reached the end.
     travel_mm
-        How far curves have to go.
+        Displacement that curves must reach.
 
     Attributes
     ----------
@@ -120,19 +120,20 @@ class Family:
         return np.asarray((at - self._centre) / self._scale @ self._axes.T)
 
     def spans(self, directions: Array) -> bool:
-        """Return whether the runs tell of changes in all directions, shape (k, d)."""
+        """Return whether the runs show changes in all of some directions, shape (k, d)."""
         scaled = directions / self._scale
         return bool(np.all(np.abs(scaled - scaled @ self._axes.T @ self._axes) < ROUNDING))
 
     def force_N(self, at: Array) -> Array:
-        """Return the forces at coordinates, shape (n, m)."""
+        """Return the forces at given coordinates, shape (n, m)."""
         return np.asarray(np.exp(self._process.mean(self._inside(at))) * self.at_mm)
 
     @cached_property
     def left_out(self) -> tuple[Array, Array]:
-        """What is missed of each run that is left out, and what was to be expected.
+        """Errors of runs predicted from all others, and the errors expected of them.
 
-        Both over the peak, root mean square over displacements; of runs that others can predict.
+        Both are root mean squares over displacements, relative to the peak, for those runs that the
+        others can predict.
         """
         errors, sd = self._process.left_out()
         logs = np.array([run.logarithms(self.at_mm)[0] for run in self._used])
@@ -145,11 +146,12 @@ class Family:
         return np.asarray(np.sqrt((relative**2).mean(axis=1)))
 
     def expected_errors(self, at: Array) -> Array:
-        """Return the error to be expected over the peak, two standard deviations, shape (n,).
+        """Return expected errors relative to the peak, two standard deviations, shape (n,).
 
-        The process states them; where errors of runs left out are larger, as much larger. They are
-        infinite in directions of which no run tells anything, where the nearest run does not reach
-        the end, and as long as no run can be predicted from the others.
+        The process gives the standard deviations; if left-out runs show larger errors than it
+        expects, these are enlarged accordingly. Errors are infinite in directions about which no
+        run tells anything, where the nearest run does not reach the end, and as long as no run can
+        be predicted from the others.
         """
         inside = self._inside(at)
         missed, expected = self.left_out

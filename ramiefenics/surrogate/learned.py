@@ -1,4 +1,4 @@
-"""Tasks for force curves, most of them answered by what was learned from some."""
+"""Force curves, most of which are learned from simulations of a few."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
 
 
 class LearnedCurves:
-    """Answers tasks for curves as `Runs` does, from few simulations.
+    """Computes tasks for curves as `Runs` does, but from few simulations.
 
-    What is asked for differs by numbers of stalk and fixture. A few of the specifications are
-    simulated, with derivatives by all directions in which they differ; a Gaussian process learns
-    from these, at every displacement, the logarithm of the force. More are simulated, always those
-    of which least is known, until the error to be expected of all others is below `TOLERANCE`. So
-    a specification outside of what was learned is simulated itself.
+    The specifications asked for differ by numbers of stalk and fixture. A few of them are
+    simulated, with derivatives along all directions in which they differ; from these, a Gaussian
+    process learns the logarithm of force over displacement at every displacement. Further ones are
+    simulated, always those about which least is known, until the expected error of all others is
+    below `TOLERANCE`. A specification outside the range of what was learned is thus simulated
+    itself.
 
     Parameters
     ----------
     runs
-        Does the simulations.
+        Runs the simulations.
 
     Attributes
     ----------
     runs
-        As given.
+        What runs the simulations.
     asked
-        Tasks so far.
+        Number of tasks so far.
     """
 
     def __init__(self, runs: Mapper) -> None:
@@ -42,25 +43,26 @@ class LearnedCurves:
 
     @property
     def simulated(self) -> int:
-        """Simulations so far."""
+        """Number of simulations so far."""
         return sum(len(pool.runs) for pool in self._pools.values())
 
     @property
     def error(self) -> float:
-        """Largest error to be expected of a learned curve, over its peak."""
+        """Largest expected error of a learned curve, relative to its peak."""
         return max((pool.error for pool in self._pools.values()), default=0.0)
 
     def map(
         self, tasks: Sequence[CurveTask], tolerance: float = TOLERANCE
     ) -> list[Done[pd.DataFrame]]:
-        """Return what came of tasks, in their order.
+        """Return the outcomes of tasks, in their order.
 
         Parameters
         ----------
         tasks
-            Of any families.
+            Tasks of any families.
         tolerance
-            Largest error to be expected of what is not simulated, over the peak; zero for none.
+            Largest expected error of a curve that is not simulated, relative to its peak; zero to
+            simulate all.
         """
         self.asked += len(tasks)
         members: dict[tuple[str, tuple[Path, ...]], list[int]] = {}
@@ -79,7 +81,7 @@ class LearnedCurves:
     def _together(
         self, asking: Sequence[tuple[list[int], Simulating[list[Done[pd.DataFrame]]]]]
     ) -> Iterator[tuple[list[int], list[Done[pd.DataFrame]]]]:
-        """Yield what pools answer to whom; what they want simulated at a time is done together."""
+        """Yield indices of tasks with the answers of their pool; pools simulate together."""
         left: list[tuple[Any, Any, list[Done[pd.DataFrame]] | None]]
         left = [(indices, pool, None) for indices, pool in asking]
         while left:

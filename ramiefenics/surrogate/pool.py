@@ -1,4 +1,4 @@
-"""Simulations of one family of specifications, and what is answered by them."""
+"""Simulations of one family of specifications, and the curves learned from them."""
 
 from __future__ import annotations
 
@@ -18,72 +18,73 @@ from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
 
 TOLERANCE = 0.002
-"""Error of a learned curve over its peak: less than what a simulation may be wrong by anyway."""
+"""Largest error of a learned curve, relative to its peak; a simulation may have a larger one."""
 
 CLOSE_TOLERANCE = TOLERANCE / 4.0
-"""Where it is to be as good as simulated: near a simulation that is known."""
+"""Tolerance where a learned curve is to be as good as a simulated one: near a known simulation."""
 
 FIRST = 4
-"""Runs to the end before anything is learned."""
+"""Number of runs that must have reached the end before anything is learned."""
 
 NOTHING = 1e-4
-"""Coordinates that differ by less, all together, do not differ."""
+"""Size of a difference of coordinates, all taken together, below which it counts as none."""
 
 WORTHWHILE = 12
-"""So many curves without derivatives are simulated one by one, rather than learned with them."""
+"""Number of curves without derivatives up to which they are all simulated, rather than learned from
+simulations with derivatives."""
 
 FEW = 0.25
-"""Share of curves that may be rough where smooth ones are asked for; they are simulated plainly."""
+"""Share of curves that may be rough where smooth ones are asked for; these are allowed to jump."""
 
 
 T = TypeVar("T")
 
 Simulating: TypeAlias = Generator[list[CurveTask], list[Done[pd.DataFrame]], T]
-"""Yields tasks to simulate, wants what came of them, and returns something in the end."""
+"""Generator that yields tasks to simulate, is sent their outcomes, and finally returns a result."""
 
 
 class Pool:
-    """Runs of one family.
+    """Runs of one family of specifications.
 
     Parameters
     ----------
     paths
-        Where the numbers are by which its specifications differ.
+        Paths of the numbers by which these specifications differ.
 
     Attributes
     ----------
     runs
-        So far.
+        Runs so far.
     error
-        Largest error to be expected of what was answered.
+        Largest expected error of the curves learned so far, relative to the peak.
     """
 
     def __init__(self, paths: tuple[Path, ...]) -> None:
         self._paths = paths
         self._family: Family | None = None
-        self._learned_from = 0  # so many runs
+        self._learned_from = 0  # number of runs
         self.runs: list[Run] = []
         self.error = 0.0
 
     def answer(
         self, tasks: Sequence[CurveTask], tolerance: float = TOLERANCE
     ) -> Simulating[list[Done[pd.DataFrame]]]:
-        """Return what came of tasks of this family.
+        """Return the outcomes of tasks of this family.
 
-        Where more than a few of those that should be smooth are not, all fail: they are of no
-        use apart.
+        Where more than a few curves that should be smooth are not, all tasks fail, because the
+        others are of no use alone.
 
         Parameters
         ----------
         tasks
-            Of this family.
+            Tasks of this family.
         tolerance
-            Largest error to be expected of what is not simulated, over the peak.
+            Largest expected error of a curve that is not simulated, relative to its peak.
         """
         questions = [Question.of(task, self._paths) for task in tasks]
         plain = not any(task.factors for task in tasks)
-        smooth = plain or all(task.smooth for task in tasks)  # plain ones do without derivatives
-        # derivatives follow the loading only
+        smooth = plain or all(task.smooth for task in tasks)  # plain ones have no derivatives
+        # derivatives are known for the loading only
         one_by_one = tolerance < TOLERANCE or bool(tasks[0].test.protocol.then)
         while unknown := self._unknown(questions, tolerance):
             every = [index for index, one in enumerate(questions) if self._roughness(one)]
@@ -106,7 +107,7 @@ class Pool:
         return [self._answer(question) for question in questions]
 
     def _unknown(self, questions: Sequence[Question], tolerance: float) -> dict[int, float]:
-        """Return the questions that cannot be answered yet, with the errors to be expected."""
+        """Return the questions that cannot be answered yet, with their expected errors."""
         left = [i for i, question in enumerate(questions) if self._run_of(question) is None]
         travel_mm = questions[0].test.protocol.travel_mm
         family = self._learn(travel_mm) if tolerance > 0.0 else None
@@ -121,7 +122,7 @@ class Pool:
         return unknown
 
     def _learn(self, travel_mm: float) -> Family | None:
-        """Return what the runs tell, if they are enough."""
+        """Return the family learned from the runs; None if these are too few."""
         if self._learned_from < len(self.runs):
             self._learned_from = len(self.runs)
             reached = [run for run in self.runs if run.reaches(travel_mm)]
@@ -130,12 +131,12 @@ class Pool:
         return self._family
 
     def _directions(self, questions: Sequence[Question]) -> tuple[Direction, ...]:
-        """Return directions that span all differences and changes, and no others.
+        """Return directions that span all differences and changes, and nothing else.
 
-        What only goes together, as both coefficients of friction, may not be possible apart.
-        Logarithms may be mixed at will. Other numbers may be one-sided, as a damage that is at
-        least zero: a mixture of two of them can be possible in neither sense, so that of
-        differences and changes that there are those of the fewest numbers are taken.
+        Numbers that only change together, such as both coefficients of friction, may not be able to
+        change apart. Logarithms may be mixed at will. Other numbers may be one-sided, such as a
+        damage that is at least zero, and a mixture of two of them may be possible in neither sense.
+        Of the differences and changes that occur, those in the fewest numbers are therefore taken.
         """
         at = np.array([*(q.at for q in questions), *(run.at for run in self.runs)])
         changes = np.concatenate([q.changes for q in questions])
@@ -170,7 +171,7 @@ class Pool:
             self.runs.append(run)
 
     def _roughness(self, question: Question) -> Exception | None:
-        """Return why there is no smooth curve, if there is none."""
+        """Return the reason why there is no smooth curve; None if none is known."""
         here = (run.error for run in self.runs if run.smooth and _here(run, question))
         return next((error for error in here if error is not None), None)
 
@@ -209,7 +210,7 @@ def _here(run: Run, question: Question) -> bool:
 
 
 def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:
-    """Return unit vectors that span some columns of rows, zero in the others."""
+    """Return unit vectors that span some columns of rows, zero in the other columns."""
     _, sizes, axes = np.linalg.svd(rows[:, columns], full_matrices=False)
     found = np.zeros((len(axes), rows.shape[1]))
     found[:, columns] = axes
@@ -217,7 +218,7 @@ def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:
 
 
 def _chosen(rows: Array, columns: NDArray[np.bool_]) -> Array:
-    """Return rows that span some columns of all of them, zero in the others; few of these each."""
+    """Return rows, with few nonzeros each, that span some columns of all; zero in the others."""
     block = np.where(columns, rows, 0.0)
     sizes = np.linalg.norm(block, axis=1)
     block = block[sizes > NOTHING] / sizes[sizes > NOTHING, None]
@@ -227,7 +228,10 @@ def _chosen(rows: Array, columns: NDArray[np.bool_]) -> Array:
 
 
 def _spread(at: Array, errors: Array, number: int) -> list[int]:
-    """Return points with large errors that are far from one another; the middle if all are."""
+    """Return indices of points with large errors that are far from one another.
+
+    Where all errors are infinite, the first point is the one in the middle.
+    """
     scale = np.ptp(at, axis=0)
     places = (at - at.mean(axis=0)) / np.where(scale > 0.0, scale, 1.0)
     size = np.minimum(errors, 1.0)

@@ -1,11 +1,11 @@
-"""Gaussian process for values and directional derivatives, of several outputs at once.
+"""Gaussian process for values and directional derivatives of several outputs at once.
 
-A prior with a straight line as its mean, whose coefficients nothing is known about, and a
-squared-exponential covariance with one length per coordinate. Derivatives are linear in the
-function, so they are observed like values, with derivatives of the covariance (Rasmussen and
-Williams 2006, sections 2.7 and 9.4). All outputs share lengths and noise, each has a scale of its
-own: they maximise the restricted likelihood. Prediction errors of observations left out, all that
-belong to one run at a time, follow without another fit (section 5.4.2 there).
+The prior mean is linear in the coordinates, with unknown coefficients, and the covariance is
+squared-exponential with one length per coordinate. Derivatives are linear in the function, so they
+are observed like values, with derivatives of the covariance (Rasmussen and Williams 2006, sections
+2.7 and 9.4). All outputs share lengths and noise, and each has a scale of its own; these maximise
+the restricted likelihood. The errors of predictions in which all observations of one run are left
+out at a time follow without another fit (section 5.4.2 there).
 """
 
 from __future__ import annotations
@@ -23,26 +23,28 @@ from scipy.spatial.distance import cdist
 Array = NDArray[np.floating[Any]]
 
 LENGTHS = (0.5, 200.0)
-"""Of the covariance, where coordinates differ by one or so."""
+"""Bounds of the lengths of the covariance, for coordinates that differ by about one."""
 
 NOISE = (1e-6, 0.3)
-"""Standard deviation of the noise of values, and of derivatives, over the scale of the process."""
+"""Bounds of the standard deviation of the noise of values, and of that of derivatives, relative to
+the scale of the process."""
 
 
 @dataclass(frozen=True)
 class Observed:
-    """Values and derivatives.
+    """Observed values and derivatives.
 
     Attributes
     ----------
     at
-        Where, shape (N, d); they differ by one or so.
+        Coordinates, which differ by about one, shape (N, d).
     along
-        Direction of the derivative, shape (N, d), one or so; zero for a value.
+        Directions of the derivatives, of length about one, shape (N, d); zero for a value.
     value
-        Shape (N, m) for m outputs.
+        Observed values and derivatives of m outputs, shape (N, m).
     run
-        What each belongs to, shape (N,); each has one value, and derivatives.
+        Number of the run to which each belongs, shape (N,); each run has one value, and
+        derivatives.
     """
 
     at: Array
@@ -58,10 +60,11 @@ class Observed:
 
 @dataclass(frozen=True)
 class _Pairs:
-    """Pairs of what is asked for and what was observed, in units of the lengths.
+    """Pairs of what is asked for (a) and what was observed (b), in units of the lengths.
 
-    Places and directions of both, shapes (n, d) and (N, d), and `Observed.plain` of both. All is
-    done by products of matrices: there are many pairs of many coordinates.
+    The attributes are the places and directions of both, shapes (n, d) and (N, d), and
+    `Observed.plain` of both. Everything is computed by products of matrices, because there are many
+    pairs with many coordinates.
     """
 
     at_a: Array
@@ -73,13 +76,13 @@ class _Pairs:
 
     @cached_property
     def of_a(self) -> Array:
-        """Of the difference of places, a's minus b's, the part along a's direction, (n, N)."""
+        """Component of the difference of places, a minus b, along a's direction, shape (n, N)."""
         own = (self.along_a * self.at_a).sum(axis=1)[:, None]
         return np.asarray(own - self.along_a @ self.at_b.T)
 
     @cached_property
     def of_b(self) -> Array:
-        """The part along b's direction, shape (n, N)."""
+        """Component of the same difference along b's direction, shape (n, N)."""
         own = (self.along_b * self.at_b).sum(axis=1)
         return np.asarray(self.at_a @ self.along_b.T - own)
 
@@ -90,7 +93,7 @@ class _Pairs:
 
     @cached_property
     def factor(self) -> Array:
-        """What derivatives make of the covariance, over that of values, shape (n, N)."""
+        """Covariance of values or derivatives relative to that of values, shape (n, N)."""
         a, b = self.plain_a[:, None], self.plain_b
         plain = a * b + a * self.of_b - b * self.of_a
         return np.asarray(plain + self.along_a @ self.along_b.T - self.of_a * self.of_b)
@@ -98,7 +101,8 @@ class _Pairs:
     def gradient(self, by_covariance: Array) -> Array:
         """Return derivatives by the logarithms of the lengths, given those by the covariance.
 
-        Of pairs of the same observables, shape (N, N), symmetric.
+        The latter are symmetric, shape (N, N), because both sides of the pairs are the same
+        observations.
         """
         x, v = self.at_a, self.along_a
         weight = by_covariance * self.decay
@@ -116,12 +120,12 @@ class Process:
     Parameters
     ----------
     observed
-        Values of at least two runs, and enough derivatives to tell of all coordinates.
+        Values of at least two runs, and enough derivatives to cover all coordinates.
 
     Attributes
     ----------
     lengths
-        Of the covariance, shape (d,).
+        Lengths of the covariance, shape (d,).
     """
 
     def __init__(self, observed: Observed) -> None:
@@ -135,9 +139,9 @@ class Process:
         self._set(found.x)
 
     def _cost(self, log_parameters: Array) -> tuple[float, Array]:
-        """Return minus the logarithm of the restricted likelihood, but constants; its gradient.
+        """Return the negative restricted log-likelihood, up to a constant, and its gradient.
 
-        By Rasmussen and Williams 2006, equations 2.45 and 5.9, with the scales at their best.
+        They follow Rasmussen and Williams 2006, equations 2.45 and 5.9, with the optimal scales.
         """
         self._set(log_parameters)
         outputs = len(self._scale2)
@@ -152,7 +156,7 @@ class Process:
         return float(cost), np.concatenate([by_length, by_noise])
 
     def _set(self, log_parameters: Array) -> None:
-        """Take lengths and noise, and find what predictions need."""
+        """Set lengths and noise, and compute what predictions need."""
         *lengths, of_value, of_derivative = np.exp(log_parameters)
         observed, basis = self._observed, self._basis
         self.lengths = np.array(lengths)
@@ -170,7 +174,7 @@ class Process:
         self._log_determinant = 2.0 * float(np.log(diagonals).sum())
 
     def _precision(self) -> Array:
-        """Return the inverse covariance less what the mean takes of it."""
+        """Return the inverse covariance minus the part that the unknown mean takes up."""
         whole = cho_solve(self._root, np.eye(len(self._basis)))
         return np.asarray(whole - self._inside @ cho_solve(self._gram, self._inside.T))
 
@@ -182,7 +186,7 @@ class Process:
         return _Pairs(at_a, along_a, plain, at_b, along_b, observed.plain)
 
     def _covariance(self, at: Array, along: Array) -> Array:
-        """Return covariances with what was observed, shape (n, N)."""
+        """Return covariances with the observations, shape (n, N)."""
         pairs = self._pairs(at, along)
         return np.asarray(pairs.factor * pairs.decay)
 
@@ -200,10 +204,10 @@ class Process:
         return np.sqrt(np.maximum(variance, 0.0)[:, None] * self._scale2)
 
     def left_out(self) -> tuple[Array, Array]:
-        """Return errors of the values predicted from all other runs, and standard deviations.
+        """Return errors of each run's value predicted from all other runs, and their sd.
 
-        Shape (runs, m) each, in the order of the runs' numbers; NaN for a run without which the
-        others do not determine the mean.
+        Both have shape (runs, m), in the order of the runs' numbers, and are NaN for a run without
+        which the others do not determine the mean.
         """
         precision, errors, deviations = self._precision(), [], []
         for run in np.unique(self._observed.run):

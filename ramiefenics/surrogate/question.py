@@ -1,4 +1,4 @@
-"""Tasks for force curves in coordinates."""
+"""Tasks for force curves, expressed in coordinates."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ramiefenics.surrogate.coordinates import Path, coordinates, numbers
 from ramiefenics.surrogate.family import Array
 
 SMALL = 1e-3
-"""Step of derivatives, in the unit of the change."""
+"""Step of numerical derivatives, in the unit of the change."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """A task in coordinates.
+    """A task, expressed in coordinates.
 
     Attributes
     ----------
     task
-        Which.
+        The task.
     test, factor
-        Its normalised specification, and the factor to its forces.
+        Its normalised specification, and the factor on the forces of that.
     at
         Coordinates, shape (d,).
     changes, scales
-        Of coordinates, and of the logarithm of the factor, by the task's factors, shapes (k, d)
-        and (k,).
+        Derivatives of the coordinates, and of the logarithm of the factor, with respect to the
+        factors of the task, shapes (k, d) and (k,).
     """
 
     task: CurveTask
@@ -43,7 +43,7 @@ class Question:
 
     @classmethod
     def of(cls, task: CurveTask, paths: Sequence[Path]) -> Question:
-        """Ask."""
+        """Express a task in the coordinates at some paths."""
         test, factor = normalised(task.test)
         changes, scales = np.zeros((len(task.factors), len(paths))), np.zeros(len(task.factors))
         for k, change in enumerate(task.factors):
@@ -59,7 +59,7 @@ class Question:
         return cls(task, test, factor, coordinates(numbers(test), paths), changes, scales)
 
     def curve(self, displacement_mm: Array, force_N: Array, by_changes: Array) -> pd.DataFrame:
-        """Return the answer, given normalised forces and their derivatives by the changes."""
+        """Return the curve, given normalised forces and their derivatives along the changes."""
         columns = {"displacement_mm": displacement_mm, "force_N": self.factor * force_N}
         slopes = self.factor * (by_changes + self.scales[:, None] * force_N)
         names = [factor.name for factor in self.task.factors]

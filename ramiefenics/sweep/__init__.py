@@ -1,4 +1,4 @@
-"""Sweeps: one specification with some of its values varied."""
+"""Parameter sweeps: one specification with some of its values varied."""
 
 from ramiefenics.sweep.outcome import Sweep
 from ramiefenics.sweep.study import sweep, values_of

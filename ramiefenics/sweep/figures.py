@@ -1,4 +1,4 @@
-"""What a sweep shows: all curves, and the maximum force over what was varied."""
+"""Figures of a sweep: all curves, and the maximum force against the varied values."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from ramiefenics.results.text import label_of
 from ramiefenics.sweep.outcome import Sweep
 
 SHADES = mpl.colormaps["viridis_r"]
-"""From the first value, light, to the last one, dark."""
+"""Colour map from the first value (light) to the last (dark)."""
 
 DASHES = ("-", "--", ":", "-.")
 
 PLACES: tuple[Literal["outside right upper", "outside right lower"], ...]
 PLACES = ("outside right upper", "outside right lower")
-"""Of the legends."""
+"""Positions of the legends."""
 
 MOST_NAMED = 10
-"""Lines that a legend can name."""
+"""Largest number of entries in a legend."""
 
 
 def curves_figure(found: Sweep) -> Figure:
-    """Draw all curves, coloured by what was varied first, dashed by what was varied second."""
+    """Draw all curves; colours show the first varied key, dashes the second."""
     first, *others = found.keys
     values, colours = found.runs[first], _colours(found.runs[first])
     dashes = {}
@@ -62,7 +62,7 @@ def curves_figure(found: Sweep) -> Figure:
 
 
 def force_figure(found: Sweep) -> Figure:
-    """Draw the maximum force over what was varied first, a line for each value of the second."""
+    """Draw the maximum force against the first varied key, one line per value of the second."""
     first, *others = found.keys
     numbers = pd.api.types.is_numeric_dtype(found.runs[first])
     groups = found.runs.groupby(others[0], sort=False) if others else [(None, found.runs)]
@@ -87,10 +87,10 @@ def _colours(values: pd.Series) -> dict[object, str]:
 
 
 def _legends(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]) -> None:
-    """Put one legend or two beside the axes."""
+    """Put one or two legends beside the axes."""
     for (key, handles, labels), where in zip(parts, PLACES, strict=False):
         last, number = len(labels) - 1, min(len(labels), MOST_NAMED)
-        chosen = [round(k) for k in np.linspace(0, last, number)]  # first and last among them
+        chosen = [round(k) for k in np.linspace(0, last, number)]  # includes the first and the last
         figure.legend(
             [handles[k] for k in chosen],
             [labels[k] for k in chosen],

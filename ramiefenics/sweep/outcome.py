@@ -1,4 +1,4 @@
-"""What came of a sweep."""
+"""Result of a sweep."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Sweep(Result):
     Attributes
     ----------
     test
-        The specification before.
+        The specification before any value was changed.
     runs
-        One row each: the values, by their keys, ``max_force_N``, ``displacement_at_max_mm``,
-        ``slope_N_per_mm`` (NaN where the run ended while the force still rose) and ``ending``.
+        One row per run: the varied values, by key, ``max_force_N``, ``displacement_at_max_mm``,
+        ``slope_N_per_mm`` (NaN if the run ended while the force still rose) and ``ending``.
     done
-        The simulations, None where there is none.
+        The simulations, in the same order; None where one failed.
     """
 
     test: BendingTest
@@ -43,12 +43,12 @@ class Sweep(Result):
 
     @property
     def keys(self) -> list[str]:
-        """What was varied."""
+        """Keys of the varied values."""
         return [str(name) for name in self.runs if name not in (*NUMBERS, "ending")]
 
     @property
     def title(self) -> str:
-        """What this is."""
+        """Title of the sweep."""
         names = [key.rpartition(".")[2] for key in self.keys]
         return f"Sweep over {' and '.join(names)}, {len(self.runs)} runs"
 
@@ -58,7 +58,7 @@ class Sweep(Result):
         return bool((self.runs["ending"] == "completed").all())
 
     def findings(self) -> list[str]:
-        """Return between what the maximum force lies."""
+        """Return the range of the maximum force."""
         force = self.runs["max_force_N"].to_numpy(dtype=float)
         if not np.isfinite(force).any():
             return ["No run has a maximum of the force."]
@@ -67,7 +67,7 @@ class Sweep(Result):
         return [f"The maximum force is {' to '.join(ends)}."]
 
     def notes(self) -> list[str]:
-        """Return which runs did not reach the whole travel."""
+        """Return which runs ended early, and in which the stalk jumps."""
         ends = self.runs["ending"]
         told = [f"{self._where(n)}: {why}" for n, why in enumerate(ends) if why != "completed"]
         jumps = [n for n, run in enumerate(self.done) if run is not None and run.result.jumps]
@@ -78,16 +78,16 @@ class Sweep(Result):
         return ", ".join(f"{key.rpartition('.')[2]} = {row[key]}" for key in self.keys)
 
     def overview(self) -> pd.DataFrame:
-        """Return the runs, if they are few."""
+        """Return the first 30 runs."""
         return self.runs.head(30).rename(columns=lambda name: str(name).rpartition(".")[2])
 
     def numbers(self) -> dict[str, Any]:
-        """Return the runs, and the specification."""
+        """Return the runs and the specification."""
         rows = self.runs.to_dict("records")
         return {"runs": rows, "specification": to_dict(self.test)}
 
     def tables(self) -> dict[str, Table]:
-        """Return runs and curves; their rows have the number of the run, from 0."""
+        """Return the runs, and their curves by the number of the run, counted from 0."""
         curves = {
             number: run.result.curve[["displacement_mm", "force_N"]]
             for number, run in enumerate(self.done)
@@ -99,11 +99,11 @@ class Sweep(Result):
         }
 
     def to_xarray(self) -> xr.DataArray:
-        """Return the force, N, over what was varied and the displacement, as xarray has it.
+        """Return the force, N, as an xarray over the varied values and the displacement.
 
-        One dimension for each key, and ``displacement_mm``, which has the displacements of all
-        runs; a run's force is read between its own by straight lines, and is NaN where it has
-        ended.
+        There is one dimension for each key, and ``displacement_mm`` with the displacements of all
+        runs. A run's force is interpolated linearly between its own displacements, and is NaN
+        beyond its end.
         """
         import xarray as xr
 
@@ -126,7 +126,7 @@ class Sweep(Result):
         )
 
     def figures(self) -> dict[str, Picture]:
-        """Return the curves, and the maximum force over what was varied first."""
+        """Return the figures of the curves, and of maximum force against the first varied key."""
         from ramiefenics.sweep import figures
 
         drawn = {
@@ -142,5 +142,5 @@ class Sweep(Result):
         return drawn
 
     def specifications(self) -> dict[str, BendingTest]:
-        """Return the specification before."""
+        """Return the specification before any value was changed."""
         return {"specification": self.test}

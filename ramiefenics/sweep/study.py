@@ -1,4 +1,4 @@
-"""All combinations of some values of a specification, simulated."""
+"""Simulation of a specification with all combinations of given values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
 MOST = 10_000
-"""Runs of a sweep."""
+"""Largest number of runs in a sweep."""
 
 Value = float | int | str | bool
 
@@ -32,24 +32,25 @@ def sweep(
     folder: Path | None = None,
     on_done: Callable[[int], None] | None = None,
 ) -> Sweep:
-    """Simulate a test with all combinations of some values.
+    """Simulate a test with all combinations of given values.
 
     Parameters
     ----------
     test
         The specification to start from, its file, or the name of a published one.
     values
-        By dotted key, as of `override`.
+        Values to try, by dotted key, as for `override`.
     executor, folder, on_done
-        What does the simulations, where they are kept, and what is told of them: see `Runs`.
+        Executor of the simulations, folder in which they are kept, and callback on progress: see
+        `Runs`.
 
     Raises
     ------
     SpecificationError
-        If a key or value is refused, or there are none or too many; nothing has been simulated
+        If a key or value is refused, or there are no runs or too many. Nothing has been simulated
         then.
     KeyboardInterrupt
-        If the user has interrupted it; finished simulations are kept.
+        If the user interrupts the sweep; finished simulations are kept.
     """
     test = as_test(test)
     number = math.prod(map(len, values.values()))
@@ -66,12 +67,12 @@ def sweep(
 
 
 def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
-    """Return key and values of ``key=low:high:number`` or ``key=value,value``.
+    """Return the key and the values of ``key=low:high:number`` or ``key=value,value``.
 
     Raises
     ------
     SpecificationError
-        If it is neither.
+        If the assignment has neither form.
     """
     key, equals, text = (part.strip() for part in assignment.partition("="))
     if not key or not equals or not text:
@@ -99,7 +100,7 @@ def _row(done: Done[KeptRun]) -> dict[str, Any]:
     if done.value is None:
         return dict.fromkeys(NUMBERS, math.nan) | {"ending": f"failed: {done.error}"}
     result = done.value.result
-    known = result.completed or result.has_force_maximum  # else the force still rises
+    known = result.completed or result.has_force_maximum  # otherwise the force still rose
     return {
         "max_force_N": result.max_force_N if known else math.nan,
         "displacement_at_max_mm": result.displacement_at_max_mm if known else math.nan,

@@ -1,4 +1,4 @@
-"""Calibrated on some stalks, compared on others: what a model predicts, and how surely."""
+"""Validation: calibrate on some stalks, predict others, and compare with the measurements."""
 
 from ramiefenics.validation.outcome import Validation
 from ramiefenics.validation.study import Observation, Split, ValidationStudy, read_validation

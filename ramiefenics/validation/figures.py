@@ -1,4 +1,4 @@
-"""What a validation shows: predictions beside measurements, and what the unknown factors move."""
+"""Figures of a validation: predictions with measurements, and effects of the unknown factors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ramiefenics.validation.outcome import Assessment, Validation
 
 
 def prediction_figure(found: Validation, assessment: Assessment) -> Figure:
-    """Draw, per observation, what was measured and what each predictor says."""
+    """Draw the measurement and the predictions of each observation."""
     table = found.table(assessment)
     rows = np.arange(len(table))[::-1]
     with mpl.rc_context(STYLE):
@@ -63,9 +63,9 @@ def _names(table: pd.DataFrame) -> list[str]:
 
 
 def nuisance_figure(found: Validation, assessment: Assessment) -> Figure:
-    """Draw how far each factor moves the predictions, before and after the calibration."""
+    """Draw how much each factor changes the predictions, before and after the calibration."""
     swings = found.swings(assessment).set_index("factor")[["before", "after"]].abs()
-    table = swings.groupby(level=0).mean()  # of sizes: what lifts one stalk may lower another
+    table = swings.groupby(level=0).mean()  # of magnitudes, as signs may differ between stalks
     order = table["before"].sort_values().index
     rows = np.arange(len(order))
     with mpl.rc_context(STYLE):

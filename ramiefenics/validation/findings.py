@@ -1,4 +1,4 @@
-"""What a validation says, in words."""
+"""Findings of a validation, as sentences."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def told_of(found: Validation, assessment: Assessment) -> list[str]:
-    """Return what one calibration says about its predictions."""
+    """Return how well the predictions of one calibration agree with the measurements."""
     title = assessment.split.title
     table, scores = found.table(assessment), found.scores(assessment)
     predicted = table[table["role"] == "predicted"]
@@ -60,7 +60,7 @@ def told_of(found: Validation, assessment: Assessment) -> list[str]:
 
 
 def _winner(scores: pd.DataFrame) -> list[str]:
-    """Say whether the model predicts better than the rule, where there is one."""
+    """Return whether the model predicts better than the strength rule, if the rule applies."""
     errors = dict(zip(scores["predictor"], scores["rms_percent"], strict=True))
     if "rule" not in errors:
         return []

@@ -1,4 +1,4 @@
-"""What came of a validation: predictions beside measurements, and what moves them."""
+"""Result of a validation: predictions compared with measurements, and effects of the factors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PREDICTORS = {
     "rule": "P L / 4 W constant",
     "published": "the published simulation",
 }
-"""Columns of the table of predictions, in words."""
+"""Predictors by their column in the table of predictions, with descriptions."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class Observed:
     Attributes
     ----------
     value, error
-        What was measured, and its standard error.
+        Measured value and its standard error.
     published
-        What another simulation gave, or None.
+        Result of another simulation, or None.
     found
-        The design's simulations of this stalk, and the response surface through them.
+        Simulations of the design for this stalk, and the response surface fitted to them.
     """
 
     value: float
@@ -53,26 +53,26 @@ class Observed:
 
 @dataclass(frozen=True)
 class Assessment:
-    """A calibration, and its predictions.
+    """A calibration and its predictions.
 
     Attributes
     ----------
     split
-        What was calibrated on what.
+        Observations calibrated on, and observations predicted.
     reached
         Whether some point of the prior meets the measurements within their errors (95 %).
     reached_fixed
-        The same with all nuisance factors at their baseline values.
+        Whether this is so with all nuisance factors at their baseline values.
     best
-        Of the points that meet the measurements best, that nearest to the middle of the prior;
-        coded, shape (k,).
+        The point that meets the measurements best; if there are several, the one nearest to the
+        middle of the prior. Coded, shape (k,).
     before, after, fixed
-        Predictions by observation: by the prior; calibrated; calibrated with all nuisance factors
+        Predictions by observation: from the prior; calibrated; calibrated with all nuisance factors
         at their baseline values.
     confirmed
         Simulations at the best point, by observation.
     rule
-        Predictions by the strength rule.
+        Predictions of the strength rule, by observation.
     """
 
     split: Split
@@ -88,16 +88,16 @@ class Assessment:
 
 @dataclass(frozen=True, repr=False)
 class Validation(Result):
-    """A validation that was done.
+    """Result of a validation.
 
     Attributes
     ----------
     study
-        What was asked.
+        The study.
     observed
-        By name.
+        Observations with their simulations, by name.
     assessments
-        One per split.
+        Calibrations with their predictions, one per split.
     """
 
     study: ValidationStudy
@@ -106,26 +106,26 @@ class Validation(Result):
 
     @property
     def completed(self) -> bool:
-        """Whether all simulations of the designs reached the whole travel."""
+        """Whether all runs of the designs completed the whole travel."""
         return all(observed.found.completed for observed in self.observed.values())
 
     @property
     def response(self) -> Response:
-        """What is compared."""
+        """The response that is compared."""
         return response(self.study.response)
 
     def table(self, assessment: Assessment) -> pd.DataFrame:
-        """Return one row per observation of a split, the calibrated ones first.
+        """Return one row per observation of a split, those calibrated on first.
 
         Returns
         -------
         pandas.DataFrame
-            ``observation``, ``role``, ``measured``, ``standard_error``, then what each predictor
-            says and its error in percent: ``published``, ``calibrated`` (median, with the 95 %
+            ``observation``, ``role``, ``measured``, ``standard_error``, then the value of each
+            predictor and its error in percent: ``published``, ``calibrated`` (median, with the 95 %
             interval ``low`` to ``high``), ``simulated`` (at the best point), ``uncalibrated``
             (prior median, ``prior_low`` to ``prior_high``), ``fixed`` (nuisance factors at the
-            baseline), ``rule``; and ``covered``, whether measurement and interval agree within
-            both errors.
+            baseline), ``rule``; and ``covered``, whether measurement and calibrated median agree
+            within the errors of both.
         """
         return pd.DataFrame([self._row(assessment, name) for name in assessment.after])
 
@@ -150,7 +150,7 @@ class Validation(Result):
         for predictor, value in said.items():
             row[predictor] = value
             row[f"{predictor}_error_percent"] = round(100.0 * (value / seen.value - 1.0), 6)
-        # half the interval and twice the error, as independent
+        # the half interval on the side of the measurement and 1.96 standard errors, as independent
         allowed = np.hypot(
             1.96 * seen.error, (high - median) if seen.value > median else median - low
         )
@@ -158,9 +158,10 @@ class Validation(Result):
         return row
 
     def scores(self, assessment: Assessment) -> pd.DataFrame:
-        """Return one row per predictor: how it errs over the predicted observations, in percent.
+        """Return one row per predictor: its errors over the predicted observations, in percent.
 
-        ``number`` of observations it says something about, ``rms``, ``mean`` and ``largest`` error.
+        Columns ``number`` (of observations that it predicts), ``rms_percent``, ``mean_percent`` and
+        ``largest_percent`` (the error of largest magnitude).
         """
         table = self.table(assessment)
         table = table[table["role"] == "predicted"]
@@ -176,7 +177,7 @@ class Validation(Result):
         return pd.DataFrame(rows)
 
     def factors(self, assessment: Assessment) -> pd.DataFrame:
-        """Return one row per factor: its prior, and what the calibration leaves of it."""
+        """Return one row per factor: its prior and its posterior."""
         name = assessment.split.on[0]
         weighted, space = assessment.after[name].weighted, self.observed[name].found.space
         natural = space.natural(weighted.points)
@@ -195,7 +196,10 @@ class Validation(Result):
         return pd.DataFrame(rows)
 
     def swings(self, assessment: Assessment) -> pd.DataFrame:
-        """Return how far each factor moves each prediction, percent, ``before`` and ``after``."""
+        """Return the change of each prediction by each factor, percent.
+
+        Columns ``before`` and ``after`` are those without and with the calibration.
+        """
         rows = []
         for number, factor in enumerate(self.study.factors):
             for name in self.study.predicted(assessment.split):
@@ -207,7 +211,7 @@ class Validation(Result):
         return pd.DataFrame(rows)
 
     def findings(self) -> list[str]:
-        """Return what the validation says, in plain sentences."""
+        """Return the findings of the validation, one sentence each."""
         told = [text for part in self.assessments for text in told_of(self, part)]
         for name, seen in self.observed.items():
             ends = zip(seen.found.runs["run"], seen.found.runs["ending"], strict=True)
@@ -226,11 +230,11 @@ class Validation(Result):
 
     @property
     def title(self) -> str:
-        """That of the study."""
+        """Title of the study."""
         return self.study.title or "Validation"
 
     def overview(self) -> pd.DataFrame:
-        """Return how each predictor errs."""
+        """Return the errors of each predictor."""
         columns = ["split", "what", "number", "rms_percent", "mean_percent", "largest_percent"]
         return self._by_split(self.scores)[columns]
 
@@ -238,7 +242,7 @@ class Validation(Result):
         return stack({part.split.title: table(part) for part in self.assessments}, "split")
 
     def numbers(self) -> dict[str, Any]:
-        """Return predictions, their errors, and what was asked."""
+        """Return the predictions, their errors, and the study itself."""
         campaigns = [seen.found.campaign for seen in self.observed.values()]
         return {
             "title": self.study.title,
@@ -254,7 +258,7 @@ class Validation(Result):
         }
 
     def tables(self) -> dict[str, Table]:
-        """Return predictions, factors, and the simulations behind them."""
+        """Return tables of the predictions, the factors, and the simulations behind them."""
         runs = {name: seen.found.runs for name, seen in self.observed.items()}
         surfaces = {
             name: pd.DataFrame([seen.found.surfaces[self.study.response].quality])
@@ -274,7 +278,7 @@ class Validation(Result):
         }
 
     def figures(self) -> dict[str, Picture]:
-        """Return predictions beside measurements, and what moves them, by split."""
+        """Return figures of the predictions and of the effects of the factors, for each split."""
         from ramiefenics.validation.figures import nuisance_figure, prediction_figure
 
         drawn = {}

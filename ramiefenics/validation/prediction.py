@@ -1,8 +1,9 @@
-"""What is predicted of one stalk when the factors are calibrated on others.
+"""Predictions for one stalk with factors calibrated on others.
 
-Bayes' rule by weighted points: points fill the prior evenly, each weighs by its likelihood
-``exp(-chi2 / 2)``, and predictions are weighted quantiles (importance sampling; Gelman et al. 2013,
-section 10.4). With one or two measurements many points keep weight, and no chain has to mix.
+The posterior is represented by weighted points (importance sampling; Gelman et al. 2013, section
+10.4). The points fill the prior evenly, each is weighted by its likelihood ``exp(-chi2 / 2)``, and
+predictions are weighted quantiles. With only one or two measurements many points keep a
+considerable weight, and no Markov chain is needed.
 """
 
 from __future__ import annotations
@@ -18,28 +19,28 @@ from ramiefenics.calibration.misfit import Misfit
 from ramiefenics.calibration.surface import Surface
 
 DRAWS = 131072
-"""Points that stand for the prior."""
+"""Number of points that represent the prior."""
 
 ENOUGH = 200.0
-"""Points that must share the weight for the ends of an interval to mean something."""
+"""Least effective number of points for the ends of an interval to be meaningful."""
 
 LEVELS = (0.025, 0.5, 0.975)
-"""Of quantiles: a 95 % interval and its middle."""
+"""Probabilities of the quantiles: the ends of a 95 % interval, and the median."""
 
 FIFTH = 0.6
-"""Coded value that cuts the outer fifth off a range from -1 to 1."""
+"""Coded value above which the uppermost fifth of a range from -1 to 1 begins."""
 
 
 @dataclass(frozen=True)
 class Weighted:
-    """Points of the prior, weighted by what was measured.
+    """Points of the prior, weighted by the likelihood of the measurements.
 
     Attributes
     ----------
     points
-        Coded, shape (n, k).
+        Coded points, shape (n, k).
     weights
-        Shape (n,), of sum 1.
+        Weights with a sum of 1, shape (n,).
     """
 
     points: Array
@@ -47,20 +48,20 @@ class Weighted:
 
     @property
     def effective(self) -> float:
-        """Number of points that share the weight (Kong 1992)."""
+        """Effective number of points (Kong 1992)."""
         return float(1.0 / np.square(self.weights).sum())
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A response over weighted points.
+    """Distribution of a response over weighted points.
 
     Attributes
     ----------
     weighted
-        The points.
+        Weighted points.
     surface
-        The response.
+        Response surface.
     """
 
     weighted: Weighted
@@ -68,25 +69,26 @@ class Prediction:
 
     @cached_property
     def values(self) -> Array:
-        """Response at the points, without the surface's own error, shape (n,)."""
+        """Response at the points, without the error of the surface, shape (n,)."""
         return self.surface.predict(self.weighted.points)
 
     @property
     def mean(self) -> float:
-        """Weighted mean."""
+        """Weighted mean of the response."""
         return float(self.weighted.weights @ self.values)
 
     @cached_property
     def interval(self) -> tuple[float, float, float]:
-        """Lower end, median and upper end of the 95 % interval, the surface's errors included."""
+        """Lower end, median and upper end of the 95 % interval, including the surface's error."""
         noise = np.random.default_rng(0).standard_normal(len(self.values))
         blurred = self.values + self.surface.prediction_error * noise
         return weighted_quantiles(blurred, self.weighted.weights)
 
     def swing(self, factor: int) -> float:
-        """Return by how much the response rises from a factor's lower fifth to its upper one.
+        """Return the change of the response from the lowest to the highest fifth of a factor.
 
-        On average over all other factors; NaN where no weight is left in one of the fifths.
+        The change is the average over all other factors. It is NaN if hardly any weight is left in
+        one of the two fifths.
         """
         weights, at = self.weighted.weights, self.weighted.points[:, factor]
         reach = FIFTH * float(np.abs(at).max())
@@ -105,7 +107,7 @@ def weighted_quantiles(values: Array, weights: Array) -> tuple[float, float, flo
 
 
 def prior(misfit: Misfit) -> Weighted:
-    """Return points of the prior, all of one weight."""
+    """Return points of the prior with equal weights."""
     points = misfit.region.sample(DRAWS)
     return Weighted(points, np.full(len(points), 1.0 / len(points)))
 
@@ -113,11 +115,11 @@ def prior(misfit: Misfit) -> Weighted:
 def condition(
     misfit: Misfit, before: Weighted, nearest: Array | None = None
 ) -> tuple[Weighted, bool]:
-    """Return the points weighted by what was measured, and whether that can be met.
+    """Return the points weighted by the measurements, and whether these can be met.
 
-    If it is not met within the errors (95 %) at the nearest point, by default the best of the
-    weighted ones, what is left there counts as an error of the model, as in a calibration:
-    intervals would be narrow for no better reason than that the fit is bad.
+    If the measurements are not met within their errors (95 %) at the nearest point, by default the
+    best of the given ones, the differences that remain there count as an error of the model, as in
+    a calibration. Otherwise the intervals would be narrow only because the fit is bad.
     """
     if nearest is None:
         nearest = before.points[misfit.of(before.points).argmin()]
@@ -130,7 +132,7 @@ def condition(
 
 
 def fix(before: Weighted, factors: Sequence[int], values: Array) -> Weighted:
-    """Return the points with some factors, by number, at given coded values, of shape (k,)."""
+    """Return the points with some factors, given by index, set to coded values of shape (k,)."""
     points = before.points.copy()
     points[:, list(factors)] = values[list(factors)]
     return Weighted(points, before.weights)

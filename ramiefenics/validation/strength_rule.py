@@ -1,4 +1,4 @@
-"""The simplest predictor: all stalks break at one nominal bending stress."""
+"""The simplest predictor: all stalks fail at the same nominal bending stress."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ramiefenics.specification import BendingTest
 
 
 def nominal_strength(test: BendingTest, force_N: float) -> float:
-    """Return P L / 4 W, MPa, Eqs. 6 and 7: as if the section were of one material.
+    """Return P L / 4 W, MPa, Eqs. 6 and 7: the bending stress in a homogeneous section.
 
-    L is the distance of the supports, less that of the indenters in four-point bending.
+    L is the distance between the supports, in four-point bending less that between the indenters.
 
     Raises
     ------
     SpecificationError
-        If the fixture is another one.
+        If the fixture is neither for three-point nor for four-point bending.
     """
     stalk, beam = test.stalk, test.fixture.check_beam("P L / 4 W is")
     modulus = section_modulus(stalk.outer_diameter_mm, stalk.void_diameter_mm, stalk.height_mm)
@@ -28,15 +28,15 @@ def nominal_strength(test: BendingTest, force_N: float) -> float:
 def by_strength(
     tests: Mapping[str, BendingTest], measured: Mapping[str, tuple[float, float]]
 ) -> dict[str, float]:
-    """Return the maximum force of every test, N, if P L / 4 W is what some tests say it is.
+    """Return the maximum force of every test, N, for the mean P L / 4 W of the measured ones.
 
     Parameters
     ----------
     tests
-        Geometry and fixture, by name.
+        Specifications with geometry and fixture, by name.
     measured
-        Maximum force and its standard error, N, of one of these tests or more; their strengths
-        are averaged, weighted by the inverse squares of the errors.
+        Maximum force and its standard error, N, of one or more of these tests, by name. Their
+        strengths are averaged with the inverse squares of the errors as weights.
     """
     strengths = [nominal_strength(tests[name], force) for name, (force, _) in measured.items()]
     errors = [nominal_strength(tests[name], error) for name, (_, error) in measured.items()]

@@ -1,4 +1,4 @@
-"""What a validation is: observed stalks, uncertain factors with their ranges, splits; as TOML."""
+"""A validation, written as a TOML file: observed stalks, uncertain factors, and splits."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from ramiefenics.specification import SpecificationError
 from ramiefenics.specification.checks import check_number, check_text
 
 STUDIES = Path(__file__).resolve().parent / "studies"
-"""Files of the validations that can be named."""
+"""Folder of the validations that come with the code."""
 
 
 @dataclass(frozen=True)
 class Observation:
-    """A stalk, or the mean of several, that was bent.
+    """Measurement of a stalk, or of the mean of several stalks.
 
     Attributes
     ----------
     name
-        In tables and in splits.
+        Name in tables and in splits.
     baseline
-        A published test, or a specification beside the study.
+        Name of a published test, or path of a specification relative to the study's folder.
     measured, error
         Measured value of the response, and its standard error as a measurement of what the
-        specification describes: for one stalk, how far stalks scatter.
+        specification describes: for a single stalk, the standard deviation between stalks.
     dataset
-        In their place, a folder of measured data beside the study: the mean of its specimens.
+        Instead of these two, a folder of measured data, relative to that of the study; its mean
+        over the specimens is used.
     published
-        What another simulation gave, to compare with.
+        Result of another simulation, for comparison.
     """
 
     name: str
@@ -42,7 +43,7 @@ class Observation:
     published: float | None = None
 
     def __post_init__(self) -> None:
-        """Check that something was measured."""
+        """Check that there is a measured value, and that all numbers are valid."""
         check_text(self, "name", empty=False)
         for name in ("measured", "error"):
             if getattr(self, name) is not None:
@@ -55,14 +56,14 @@ class Observation:
 
 @dataclass(frozen=True)
 class Split:
-    """Which observations the factors are calibrated on, and which they then predict.
+    """Observations on which the factors are calibrated, and observations to be predicted.
 
     Attributes
     ----------
     title
-        A few words.
+        Short title.
     on, predict
-        Names of observations; by default all others are predicted.
+        Names of the observations; by default all those that are not in `on` are predicted.
     """
 
     title: str
@@ -70,7 +71,7 @@ class Split:
     predict: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that nothing predicts itself, or is calibrated on twice."""
+        """Check that no observation is calibrated on twice, or predicted from itself."""
         check_text(self, "title", empty=False)
         if not self.on:
             raise SpecificationError("on", [], "must name at least one observation")
@@ -84,31 +85,32 @@ class Split:
 
 @dataclass(frozen=True)
 class ValidationStudy:
-    """A validation.
+    """Study that calibrates on some observations and predicts others.
 
     Attributes
     ----------
     factors
-        What is not known: numbers of the specification, each with a prior that is flat between its
-        ends on its scale.
+        Uncertain numbers of the specification, each with a prior that is flat between the ends of
+        its range on its scale.
     observations
-        What was measured.
+        Measurements.
     splits
-        Each a calibration with its predictions.
+        Divisions of the observations into those calibrated on and those predicted.
     nuisance
-        Names of factors that nobody would calibrate, but nobody has measured either.
+        Names of factors that are uncertain but would not normally be calibrated.
     response
-        The number that is compared, as `ramiefenics.calibration.responses.response` knows it.
+        Name of the response that is compared; see `ramiefenics.calibration.responses.response`.
     title
-        One line.
+        Title, on one line.
     changes
-        Of all baselines, each ``key=value``.
+        Changes to all baselines, each of the form ``key=value``.
     mesh
-        Recipe of the simulations.
+        Name of the mesh recipe of the simulations; by default that of each baseline.
     design, model, selection
-        Runs per observation, and the response surfaces through them, as in `Study`.
+        Design that is run for each observation, and model and rule of selection of the response
+        surfaces, as in `Study`.
     folder
-        What paths are relative to.
+        Folder that paths are relative to.
     """
 
     factors: tuple[Factor, ...]
@@ -125,7 +127,7 @@ class ValidationStudy:
     folder: str = "."
 
     def __post_init__(self) -> None:
-        """Check that names are known and differ."""
+        """Check that all names are known and distinct, and that each observation is usable."""
         for name in ("observations", "splits"):
             if not getattr(self, name):
                 raise SpecificationError(name, [], "must have at least one entry")
@@ -150,7 +152,7 @@ class ValidationStudy:
             self.of(observation)
 
     def of(self, observation: Observation) -> Study:
-        """Return the designed study of one observation, with its target."""
+        """Return the designed study of one observation, with its measured value as the target."""
         wanted = Response(
             self.response, observation.measured, observation.error, observation.dataset
         )
@@ -168,7 +170,7 @@ class ValidationStudy:
         )
 
     def predicted(self, split: Split) -> tuple[str, ...]:
-        """Return the names of what a split predicts, in the order of the observations."""
+        """Return the names of the observations that a split predicts, in the study's order."""
         wanted = split.predict or [o.name for o in self.observations if o.name not in split.on]
         return tuple(o.name for o in self.observations if o.name in wanted)
 
@@ -184,11 +186,11 @@ def read_validation(study: str | Path) -> ValidationStudy:
     Parameters
     ----------
     study
-        A TOML file, or the name of one that comes with the code: ``published``.
+        A TOML file, or the name of a validation that comes with the code: ``published``.
 
     Raises
     ------
     SpecificationError
-        If the file cannot be read, or states something that cannot be.
+        If the file cannot be read, or contains an invalid value.
     """
     return read_named(ValidationStudy, study, STUDIES)

@@ -28,26 +28,26 @@ def validate(
     on_stage: Callable[[str, int], None] = lambda name, expected: None,
     on_done: Callable[[int], None] | None = None,
 ) -> Validation:
-    """Do a validation.
+    """Calibrate on some observations, predict others, and compare with the measurements.
 
     Parameters
     ----------
     study
         A validation, its file, or the name of one that comes with the code.
     executor, folder
-        What does the simulations, and where they are kept: see `Runs`.
+        Executor of the simulations, and folder in which they are stored; see `Runs`.
     on_stage
-        Told what is begun, and how many simulations it takes.
+        Called at the beginning of each stage with its name and its number of simulations.
     on_done
-        Told how many simulations have been done since the last call: see `Runs`.
+        Called with the number of simulations done since the last call; see `Runs`.
 
     Raises
     ------
     SpecificationError
-        If the study, its data or a specification that it leads to cannot be used, or too few
-        simulations succeed for its model.
+        If the study, its data or a specification derived from it cannot be used, or too few
+        simulations succeed to fit the model.
     KeyboardInterrupt
-        If the user has interrupted it; finished simulations are kept.
+        If the user interrupts the validation; finished simulations are kept.
     """
     study = study if isinstance(study, ValidationStudy) else read_validation(study)
     parts = {observation.name: study.of(observation) for observation in study.observations}
@@ -57,7 +57,7 @@ def validate(
     with workers(executor) as pool:
         for observation in study.observations:
             name, target = observation.name, targets[observation.name]
-            assert target is not None  # every observation has one
+            assert target is not None  # every observation has a target
             found = respond(parts[name], pool, folder, on_done)
             value, error = float(target.values[0]), float(target.errors[0])
             observed[name] = Observed(value, error, observation.published, found)
@@ -114,7 +114,7 @@ def _assess(
 def _rule(
     study: ValidationStudy, split: Split, observed: Mapping[str, Observed]
 ) -> dict[str, float]:
-    """Return what the strength rule predicts; NaN of what it says nothing about."""
+    """Return the predictions of the strength rule; NaN if it does not apply."""
     tests = {name: seen.found.baseline for name, seen in observed.items()}
     bent = all(test.fixture.beam_mm is not None for test in tests.values())
     if study.response != "max_force_N" or not bent:

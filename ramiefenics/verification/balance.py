@@ -1,4 +1,4 @@
-"""Energy balance of whole bending tests, and how much of the travel is crushing."""
+"""Energy balance of whole bending tests, and the share of crushing in the travel."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ YIELDING = (
     "protocol.travel_mm=4",
     "protocol.then=[{to_mm=2}]",
 )
-"""Fibres that yield early, in a stalk that is bent and partly unloaded."""
+"""Changes for a stalk whose fibres yield early, and which is bent and partly unloaded."""
 
 
 def balance() -> Study:
@@ -85,7 +85,7 @@ def _checks(which: str, result: BendingResult) -> tuple[Check, ...]:
 
 
 def _spent(curve: pd.DataFrame) -> pd.Series[float]:
-    """Return what is stored, and dissipated by friction and the material so far, N mm."""
+    """Return the energy stored, and dissipated by friction and the material so far, N mm."""
     kinds = ["stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm"]
     return curve[kinds].sum(axis=1)
 
@@ -109,7 +109,7 @@ def _dissipation_checks(result: BendingResult) -> tuple[Check, ...]:
 
 
 def _crushing(result: BendingResult, stiffness_N_per_mm: float) -> pd.DataFrame:
-    """Tabulate the travel that a beam of a stiffness does not explain."""
+    """Tabulate the travel, and the share that a beam of given stiffness does not explain."""
     curve = result.curve
     rising = curve.iloc[: int(curve["force_N"].to_numpy().argmax()) + 1]
     travel = np.interp(FORCES_N, rising["force_N"], rising["displacement_mm"])

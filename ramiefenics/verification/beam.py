@@ -1,4 +1,4 @@
-"""A long layered tube against Timoshenko's beam."""
+"""A long layered tube compared with Timoshenko's beam."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ LENGTHS_MM = (200.0, 400.0, 800.0)
 """Wavelengths of the load."""
 
 HOLDS_MM = 400.0
-"""Wavelength from which the theory holds: the half wave is fourteen diameters."""
+"""Wavelength from which the theory holds: half the wave is then fourteen diameters long."""
 
 AMPLITUDE = 1e-5
-"""Deflection over wavelength, about: small."""
+"""Approximate ratio of the deflection to the wavelength, which is small."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class LayeredTube:
     Attributes
     ----------
     radii_mm
-        Ascending, the void's first, shape (n + 1,).
+        Radii of the void and of the layers, ascending, shape (n + 1,).
     E_MPa, G_MPa
-        Axial moduli of the layers, shape (n,).
+        Axial Young's and shear moduli of the layers, shape (n,).
     """
 
     radii_mm: tuple[float, ...]
@@ -47,7 +47,7 @@ class LayeredTube:
 
     @classmethod
     def of(cls, stalk: Stalk) -> LayeredTube:
-        """Return that of a stalk."""
+        """Return the layered tube of a stalk."""
         elastic = [layer.material.elastic for layer in stalk.layers]
         return cls(
             tuple(stalk.radii_mm),
@@ -57,15 +57,16 @@ class LayeredTube:
 
     @property
     def bending_Nmm2(self) -> float:
-        """EI."""
+        """Bending stiffness EI."""
         fourth = np.diff(np.array(self.radii_mm) ** 4)
         return float(np.pi / 4 * np.dot(self.E_MPa, fourth))
 
     @property
     def shear_N(self) -> float:
-        """Shear stiffness, V^2 over twice the energy of the shear stresses per length.
+        """Shear stiffness: V^2 over twice the energy of the shear stresses per length.
 
-        Saint-Venant's flexure without lateral contraction: tau = G grad phi with
+        The stresses are those of Saint-Venant's flexure without lateral contraction,
+        tau = G grad phi with
         div(G grad phi) = -E y V / EI and no shear on the surfaces, hence in every layer
         phi = (A r + B / r - E V r^3 / (8 G EI)) sin(theta); displacement and traction are
         continuous between layers. For one layer this is Cowper's (1966) coefficient with nu = 0.
@@ -105,7 +106,7 @@ class LayeredTube:
         return float(1.0 / energy)
 
     def three_point_stiffness(self, span_mm: float) -> float:
-        """Return force over deflection at midspan, N/mm (Timoshenko 1921)."""
+        """Return the ratio of force to deflection at midspan, N/mm (Timoshenko 1921)."""
         bending = span_mm**3 / (48 * self.bending_Nmm2)
         return 1.0 / (bending + span_mm / (4 * self.shear_N))
 
@@ -113,10 +114,10 @@ class LayeredTube:
 def deflection(wavelength_mm: float) -> tuple[float, float]:
     """Return the deflection under a load per length of q cos(k z), and that of a beam, mm.
 
-    Deflection is the mean over the section (Cowper 1966).
-    A quarter wave: symmetric at z = 0; held across, free along at the quarter's end. The load is
+    The deflection is the mean over the section (Cowper 1966). The model is a quarter of a wave:
+    symmetric at z = 0, and held laterally but free axially at its other end. The load is
     distributed over the section as the shear stresses take it up, in proportion to the modulus, so
-    that nothing but the beam is bent.
+    that it does not deform the section.
     """
     quarter = wavelength_mm / 4
     test = override(
@@ -162,7 +163,7 @@ def deflection(wavelength_mm: float) -> tuple[float, float]:
 
 
 def beam() -> Study:
-    """Load waves of growing length."""
+    """Compare the deflection under sinusoidal loads of growing wavelength with a beam's."""
     rows = []
     for wavelength in LENGTHS_MM:
         found, expected = deflection(wavelength)

@@ -21,11 +21,11 @@ from ramiefenics.solve.newton import Newton
 from ramiefenics.verification.study import Array
 
 Field = Callable[[Array], Array]
-"""From points, shape (3, n), to vectors, same shape."""
+"""Function from points, shape (3, n), to vectors of the same shape."""
 
 
 def block(x: Array, y: Array, z: Array) -> dmesh.Mesh:
-    """Return first-order hexahedra between coordinates along each axis, mm, on this rank."""
+    """Return a mesh of first-order hexahedra on this rank, with given coordinates, mm."""
     axes = (x, y, z)
     counts = [len(axis) - 1 for axis in axes]
     corners = [np.zeros(3), np.array(counts, dtype=float)]
@@ -37,7 +37,7 @@ def block(x: Array, y: Array, z: Array) -> dmesh.Mesh:
 
 
 def second_order(mesh: dmesh.Mesh) -> dmesh.Mesh:
-    """Return a mesh with the same cells of second order, 27 nodes each."""
+    """Return a mesh with the same cells but of second order, with 27 nodes each."""
     space = fem.functionspace(mesh, ("Lagrange", 2))
     points = space.tabulate_dof_coordinates()
     element = basix.ufl.element("Lagrange", "hexahedron", 2, shape=(3,))
@@ -45,7 +45,7 @@ def second_order(mesh: dmesh.Mesh) -> dmesh.Mesh:
 
 
 def layers(mesh: dmesh.Mesh, interfaces_mm: Sequence[float] = ()) -> dmesh.MeshTags:
-    """Tag cells by layers along Y, 1 below the first interface."""
+    """Tag cells by layer along Y, with 1 below the first interface."""
     cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
     middle = dmesh.compute_midpoints(mesh, 3, cells)[:, 1]
     tags = 1 + np.searchsorted(np.asarray(interfaces_mm), middle)
@@ -53,7 +53,7 @@ def layers(mesh: dmesh.Mesh, interfaces_mm: Sequence[float] = ()) -> dmesh.MeshT
 
 
 def on_planes(mesh: dmesh.Mesh, axis: int, *at_mm: float) -> NDArray[np.int32]:
-    """Return the boundary facets in any of some planes across an axis."""
+    """Return the boundary facets that lie in any of several planes normal to an axis."""
     return dmesh.locate_entities_boundary(
         mesh, 2, lambda x: np.isclose(x[axis], np.array(at_mm)[:, None], atol=1e-6).any(axis=0)
     )
@@ -65,7 +65,10 @@ def all_around(mesh: dmesh.Mesh) -> NDArray[np.int32]:
 
 
 def hold(solid: Solid, at: NDArray[np.int32], axis: int) -> fem.DirichletBC:
-    """Hold a displacement component on facets; its function `g` can be given other values."""
+    """Return a condition that holds a displacement component on facets at zero.
+
+    The function `g` of the condition can be given other values.
+    """
     space = solid.space.sub(axis)
     scalar, _ = space.collapse()
     dofs = fem.locate_dofs_topological((space, scalar), 2, at)
@@ -73,7 +76,7 @@ def hold(solid: Solid, at: NDArray[np.int32], axis: int) -> fem.DirichletBC:
 
 
 def prescribe(solid: Solid, at: NDArray[np.int32], value: Field) -> fem.DirichletBC:
-    """Prescribe the displacement on facets, mm."""
+    """Return a condition that prescribes the displacement on facets, mm."""
     prescribed = fem.Function(solid.space)
     prescribed.interpolate(value)
     return fem.dirichletbc(prescribed, fem.locate_dofs_topological(solid.space, 2, at))
@@ -85,13 +88,13 @@ class BoundaryValueProblem:
     Parameters
     ----------
     solid
-        The material.
+        Solid.
     bcs
-        What is prescribed.
+        Dirichlet conditions.
     more
-        From the test function to more terms of the weak form.
+        Function from the test function to further terms of the weak form.
     terms
-        More parts of the equations.
+        Further terms of the equations.
     """
 
     def __init__(
@@ -108,7 +111,7 @@ class BoundaryValueProblem:
         self._newton = Newton(Equations(u, [self._internal, *stated, *terms], bcs), 30)
 
     def solve(self, tolerance_N: float, largest_update_mm: float = np.inf) -> None:
-        """Solve from the current displacement, which takes on what is prescribed.
+        """Solve from the current displacement, in which prescribed values are first set.
 
         Raises
         ------
@@ -130,5 +133,5 @@ class BoundaryValueProblem:
 
 
 def norm(form: Any) -> float:
-    """Return the root of a functional."""
+    """Return the square root of a functional."""
     return float(fem.assemble_scalar(compile_form(form))) ** 0.5

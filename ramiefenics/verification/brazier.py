@@ -22,29 +22,32 @@ from ramiefenics.verification.block import (
 from ramiefenics.verification.study import Plot, Series, Study, near
 
 RADIUS, WALL, SLICE = 30.0, 1.0, 4.0
-"""Of the tube's middle surface, and length of the slice, mm."""
+"""Radius of the tube's middle surface, thickness of its wall, and length of the slice, mm."""
 
 YOUNG, POISSON = 1000.0, 0.3
 AROUND = 24
-"""Cells of second order around half the section."""
+"""Number of second-order cells around half the section."""
 
 STIFFNESS = 1e3 * YOUNG / SLICE
-"""Of what holds the end in its plane, N/mm3: it gives way by a thousandth of the strain."""
+"""Stiffness of the springs that hold the end in its plane, N/mm3.
+
+They yield by a thousandth of the slice's elongation.
+"""
 
 MATERIAL = Material(Elastic.isotropic(YOUNG, POISSON))
 
 LARGEST_MOMENT = 2 * np.sqrt(2) / 9 * np.pi * YOUNG * RADIUS * WALL**2 / np.sqrt(1 - POISSON**2)
-"""N mm (Brazier 1927)."""
+"""Largest moment, N mm (Brazier 1927)."""
 
 ITS_CURVATURE = np.sqrt(2) / 3 * WALL / (RADIUS**2 * np.sqrt(1 - POISSON**2))
-"""Per mm; there the section is flattened by two ninths of its diameter."""
+"""Curvature at the largest moment, 1/mm; the section is then flattened by 2/9 of its diameter."""
 
 
 class Slice:
     """Half a slice of a tube between two planes of symmetry, one of which is tilted.
 
-    A tube in pure bending is the same everywhere along: its cross-sections stay plane, and are free
-    to flatten. The tilted plane turns about the axis of curvature, at y = -1 / curvature.
+    A tube in pure bending is uniform along its axis: its cross-sections stay plane, and are free to
+    flatten. The tilted plane turns about the axis of curvature, at y = -1 / curvature.
     """
 
     def __init__(self) -> None:
@@ -63,7 +66,7 @@ class Slice:
         tilt = self._curvature * SLICE
         x = ufl.SpatialCoordinate(mesh) + solid.displacement
         normal = ufl.as_vector((0, -ufl.sin(tilt), ufl.cos(tilt)))
-        to_axis = SLICE * (1 - tilt**2 / 6)  # sin(tilt) / curvature, also where that is zero
+        to_axis = SLICE * (1 - tilt**2 / 6)  # sin(tilt) / curvature, also for no curvature
         at_end = ufl.ds(mesh, subdomain_data=tags)(1)
         pressure = STIFFNESS * (ufl.dot(normal, x) - to_axis)
         bcs = [hold(solid, middle, 0), hold(solid, start, 2)]
@@ -78,7 +81,7 @@ class Slice:
         )
 
     def bend(self, curvature: float) -> tuple[float, float]:
-        """Return moment, N mm, and flattening of the diameter at a curvature, per mm."""
+        """Return the moment, N mm, and the flattening over the diameter at a curvature, 1/mm."""
         last = float(self._curvature.value)
         self._solid.displacement.x.array[:] *= curvature / last if last else 1.0  # prediction
         self._curvature.value = curvature
@@ -89,7 +92,7 @@ class Slice:
 
 
 def brazier() -> Study:
-    """Bend beyond the largest moment."""
+    """Bend a thin tube beyond its largest moment."""
     slice_of_tube = Slice()
     shares = np.arange(0.1, 1.61, 0.1)
     found = np.array([slice_of_tube.bend(share * ITS_CURVATURE) for share in shares])

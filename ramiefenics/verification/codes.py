@@ -1,4 +1,4 @@
-"""Layered tubes on a mesh from a file, against other codes."""
+"""Layered tubes on a mesh from a file, compared with other codes."""
 
 from __future__ import annotations
 
@@ -27,28 +27,34 @@ from ramiefenics.verification.study import DATA, Array, Plot, Series, Study, at_
 TAGS = {11: "outer", 12: "inner", 13: "symmetry_x", 14: "symmetry_z", 15: "ends"}
 
 VOID_MM, XYLEM_MM = 7.28, 12.84
-"""Diameters of the mesh inside."""
+"""Diameters of the void and of the xylem in the mesh."""
 
 PINNED_TO_MM, PINNED_STEP_MM = 2.5, 0.25
 
 GROUND_SPRINGS = {"CalculiX": 0.06, "GetFEM": 0.06}
-"""Stiffness, N/mm, of soft springs to the ground that take a part of the supports' force, which
-these codes give; added here to have the indenter's."""
+"""Stiffness of soft springs to the ground in the models of other codes, N/mm.
+
+They take a part of the supports' force, which is what these codes report. Their force is added here
+to obtain that of the indenter.
+"""
 
 CLOSED_VOID_MM, CLOSED_RADIUS_MM, CLOSED_TRAVEL_MM = 11.0, 15.0, 12.0
-"""Void, radius of the cylinders and travel of the tube whose void closes."""
+"""Diameter of the void, radius of the cylinders, and travel, for the tube whose void closes."""
 
 AGREE_FROM_MM = 4.0
-"""From here on the other codes agree within 1.5 %; before, their contact discretisations differ."""
+"""Travel from which the other codes agree within 1.5 %.
+
+Before it, the differences between their contact discretisations show.
+"""
 
 
 def tube() -> TubeMesh:
-    """Read the mesh that all codes used."""
+    """Read the mesh that all codes use."""
     return read_tube(DATA / "tube_L1.msh", MPI.COMM_SELF, TAGS)
 
 
 def isotropic(void_mm: float) -> BendingTest:
-    """Return the test of a tube of isotropic layers, without friction."""
+    """Return a frictionless test of a tube of isotropic layers."""
     xylem, phloem = (Material(Elastic.isotropic(E, 0.3)) for E in (30.0, 120.0))
     layers = (Layer("xylem", XYLEM_MM, xylem), Layer("phloem", 14.23, phloem))
     frictionless = ["fixture.friction.static=0", "fixture.friction.dynamic=0"]
@@ -56,7 +62,7 @@ def isotropic(void_mm: float) -> BendingTest:
 
 
 def pinned_forces() -> dict[float, float]:
-    """Return force, N, by displacement, mm, of the tube pushed and held by whole sections."""
+    """Return the force, N, by displacement, mm, of a tube pushed and held at whole sections."""
     mesh = tube()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SpecificationWarning)
@@ -88,7 +94,7 @@ def pinned_forces() -> dict[float, float]:
 
 
 def pinned() -> Study:
-    """Compare with three codes that agree to seven digits."""
+    """Compare a tube held at whole sections with three codes that agree to seven digits."""
     found = pinned_forces()
     table = pd.read_csv(DATA / "pinned_svk_L1.csv")
     table = table[table["displacement_mm"] <= PINNED_TO_MM]
@@ -110,7 +116,7 @@ def pinned() -> Study:
 
 
 def _plot(curve: pd.DataFrame, others: pd.DataFrame) -> Plot:
-    """Draw our curve, and points of other codes."""
+    """Draw the curve of ramiefenics, and the points of other codes."""
     series = [
         Series(str(code), found["displacement_mm"].to_numpy(), found["force_N"].to_numpy(), True)
         for code, found in others.groupby("code")
@@ -120,7 +126,7 @@ def _plot(curve: pd.DataFrame, others: pd.DataFrame) -> Plot:
 
 
 def pressed() -> Study:
-    """Compare the tube between cylinders with four codes, to 14 mm."""
+    """Compare a tube bent between cylinders with four codes, up to 14 mm of travel."""
     curve = simulate(isotropic(VOID_MM), MPI.COMM_SELF, tube=tube()).curve
     travel, force = curve["displacement_mm"], curve["force_N"]
     others = pd.read_csv(DATA / "contact_neohooke_L1.csv")
@@ -153,7 +159,7 @@ def pressed() -> Study:
 
 
 def pinched() -> pd.DataFrame:
-    """Bend the tube whose void closes; the curve."""
+    """Return the curve of the tube that is pinched until its void closes."""
     mesh = tube()
     at = mesh.mesh.geometry.x
     radius = np.hypot(at[:, 0], at[:, 1])

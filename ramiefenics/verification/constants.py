@@ -1,4 +1,4 @@
-"""Six tests of a material point give back the nine engineering constants."""
+"""Six tests of a material point that must recover the nine engineering constants."""
 
 from __future__ import annotations
 
@@ -16,23 +16,29 @@ WITHOUT_FIBRES = Material(
     Elastic.isotropic(PHLOEM.elastic.E_X_MPa, PHLOEM.elastic.nu_XY),
     density_g_per_cm3=PHLOEM.density_g_per_cm3,
 )
-"""As soft as the phloem is across, for the law that has one direction like the other."""
+"""Isotropic material as soft as the phloem is across its fibres, for the isotropic law."""
 
 ELASTIC = sorted(name for name, law in LAWS.items() if law.memory is None)
-"""Laws that remember are elastic ones at rest, with an update whose tangent takes minutes to
-compile."""
+"""Laws without internal variables.
+
+Laws with internal variables equal elastic ones at rest, but have an update whose tangent takes
+minutes to compile.
+"""
 
 MATERIALS = {
     name: {"matrix": WITHOUT_FIBRES} if name == "isotropic" else {"xylem": XYLEM, "phloem": PHLOEM}
     for name in ELASTIC
 }
-"""What every law is tested with, by layer."""
+"""Materials with which every law is tested, by layer."""
 
 AXES = "XYZ"
 
 
 def measured(point: Point) -> dict[str, float]:
-    """Pull along each axis and shear each plane, all else free; return the constants, MPa."""
+    """Return the constants, moduli in MPa, from tension along each axis and shear in each plane.
+
+    All other components are free of stress.
+    """
     constants = {}
     for i, axis in enumerate(AXES):
         pulled, pushed = (point.free_sides({(i, i): 1 + sign * STRAIN}) for sign in (1, -1))
@@ -48,7 +54,7 @@ def measured(point: Point) -> dict[str, float]:
 
 
 def given(elastic: Elastic) -> dict[str, float]:
-    """Return the nine constants as specified, MPa."""
+    """Return the nine constants as specified, moduli in MPa."""
     across = dict.fromkeys(("E_X", "E_Y"), elastic.E_X_MPa)
     along = dict.fromkeys(("nu_XZ", "nu_YZ"), elastic.nu_XZ)
     shear = dict.fromkeys(("G_XZ", "G_YZ"), elastic.G_XZ_MPa)
@@ -57,7 +63,7 @@ def given(elastic: Elastic) -> dict[str, float]:
 
 
 def constants() -> Study:
-    """Test every law with both layers' constants."""
+    """Recover the engineering constants of both layers with every law."""
     rows = []
     for law, materials in MATERIALS.items():
         for name, material in materials.items():

@@ -1,4 +1,4 @@
-"""The plots of verification studies."""
+"""Plots of verification studies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A cylinder pressed on a block: Hertz's line contact, and the penalty method beside Nitsche's."""
+"""A cylinder pressed on a block: Hertz's line contact, and the penalty method for comparison."""
 
 from __future__ import annotations
 
@@ -33,25 +33,27 @@ SLICE = 0.1
 """Thickness of the slice, mm."""
 
 FINE_ZONE = 0.8
-"""Width and depth of the part with even cells, mm."""
+"""Width and depth of the zone with cells of equal size, mm."""
 
 LEVELS = {2: (0.16, 0.08), 1: (0.16, 0.08, 0.04)}
 """Cell sizes under the cylinder, mm, by element order."""
 
 PENALTIES = (30.0, 100.0, 300.0, 1000.0, 3000.0)
-"""N/mm3."""
+"""Penalties, N/mm3."""
 
 MATERIAL = Material(Elastic.isotropic(YOUNG, POISSON))
 
 
 @dataclass(frozen=True)
 class Cylinders:
-    """What is pressed on the block, and how far.
+    """Cylinder that is pressed on the block.
 
     Attributes
     ----------
-    radius_mm, push_mm
-        Of the cylinder.
+    radius_mm
+        Radius of the cylinder.
+    push_mm
+        Distance by which it is pushed down from first touch.
     """
 
     radius_mm: float
@@ -59,23 +61,27 @@ class Cylinders:
 
 
 AS_OTHERS = Cylinders(5.0, 0.05)
-"""As in `data/hertz.csv`."""
+"""Cylinder of the other codes' problem, see `data/hertz.csv`."""
 
 FLAT = Cylinders(25.0, 0.01)
-"""Nearly as wide a contact at a fifth of the strain: Hertz's theory is one of small strain."""
+"""Cylinder with nearly the same contact width at a fifth of the strain.
+
+Hertz's theory is one of small strain.
+"""
 
 
 @dataclass(frozen=True)
 class Pressed:
-    """A solved problem.
+    """Solution of the contact problem.
 
     Attributes
     ----------
     force_N_per_mm
-        By the reaction at the bottom, for the whole block.
+        Force on the whole block, from the reaction at the bottom.
     z_mm, pressure_MPa
-        At the surface's vertices, ascending: averages weighted by the vertex's shape function,
-        which is all that the weak form determines. Empty without Nitsche's method.
+        Z of the surface's vertices, ascending, and pressure at these: an average weighted by the
+        shape function of the vertex, which is all that the weak form determines. Empty without
+        Nitsche's method.
     """
 
     force_N_per_mm: float
@@ -84,13 +90,16 @@ class Pressed:
 
     @property
     def half_width_mm(self) -> float:
-        """Of contact, from the moment of the pressure: a^2 = 4 int p z^2 / int p for an ellipse."""
+        """Half-width of contact, from a moment of the pressure.
+
+        For an ellipse, a^2 = 4 int p z^2 / int p.
+        """
         weight = trapezoid(self.pressure_MPa, self.z_mm)
         return float(2 * np.sqrt(trapezoid(self.pressure_MPa * self.z_mm**2, self.z_mm) / weight))
 
 
 def grid(size: float) -> tuple[Array, Array]:
-    """Return depths and widths, mm: even near the contact, growing by a fifth outside."""
+    """Return Y and Z of the nodes, mm: even near the contact, cells growing by a fifth outside."""
     steps: list[float] = []
     at = FINE_ZONE
     while at < SIZE:
@@ -102,9 +111,9 @@ def grid(size: float) -> tuple[Array, Array]:
 
 
 def press(size: float, order: int, by: Cylinders = FLAT, penalty: float | None = None) -> Pressed:
-    """Press by Nitsche's method, or by a penalty, N/mm3.
+    """Solve the contact problem by Nitsche's method, or with a penalty, N/mm3.
 
-    A slice in plane strain of one half of the block; the bottom can slide.
+    The model is a slice of one half of the block in plane strain; its bottom can slide.
     """
     y, z = grid(size)
     mesh = block(np.array([-SLICE / 2, SLICE / 2]), y, z)
@@ -139,7 +148,7 @@ def press(size: float, order: int, by: Cylinders = FLAT, penalty: float | None =
 
 
 def _pressure_at_vertices(contact: Contact) -> tuple[Array, Array]:
-    """Return z, mm, and pressure, MPa, in the even zone of the surface, on one of its edges."""
+    """Return z, mm, and pressure, MPa, along one edge of the surface, where cells are even."""
     mesh = contact.solid.mesh
     vertices = fem.functionspace(mesh, ("Lagrange", 1))
     w = ufl.TestFunction(vertices)
@@ -161,7 +170,7 @@ def theory(radius_mm: float, force_N_per_mm: float) -> tuple[float, float]:
 
 
 def hertz() -> Study:
-    """Refine both element orders, and compare with theory and other codes."""
+    """Refine meshes of both element orders, and compare with theory and other codes."""
     rows = []
     for order, sizes in LEVELS.items():
         for size in sizes:
@@ -238,7 +247,7 @@ def _profile(found: Pressed, half_width: float, peak: float) -> Check:
 
 
 def penalty() -> Study:
-    """Let the penalty grow."""
+    """Increase the penalty, and compare with the force by Nitsche's method."""
     size, order = LEVELS[1][-1], 1
     nitsche = press(size, order).force_N_per_mm
     forces = [press(size, order, FLAT, value).force_N_per_mm for value in PENALTIES]

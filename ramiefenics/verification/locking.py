@@ -1,4 +1,4 @@
-"""Bending of long cells of a layer 845 times stiffer along than across."""
+"""Bending with long cells of a layer that is 845 times stiffer along its fibres than across."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ramiefenics.verification.patch import SPACES
 from ramiefenics.verification.study import Array, Plot, Series, Study, at_most
 
 CURVATURE = 1e-6
-"""Per mm: strains stay linear."""
+"""Curvature, 1/mm, so small that strains stay linear."""
 
 HEIGHT, CELLS = 1.0, 8
 ASPECTS = (1.0, 2.0, 5.0, 10.0, 20.0)
@@ -30,7 +30,7 @@ ASPECTS = (1.0, 2.0, 5.0, 10.0, 20.0)
 def pure_bending(x: Array) -> Array:
     """Return the exact displacement of a linearly elastic bar bent in the plane of Y and Z.
 
-    The axial strain is -c y; across, the bar contracts by Poisson's ratio (Timoshenko and Goodier
+    The axial strain is -c y; laterally the bar contracts by Poisson's ratio (Timoshenko and Goodier
     1970, section 102).
     """
     elastic = PHLOEM.elastic
@@ -46,7 +46,7 @@ def pure_bending(x: Array) -> Array:
 
 
 def stiffness_ratio(space: tuple[int, bool], aspect: float) -> float:
-    """Return the energy of a bar, two cells high, over the exact one."""
+    """Return the ratio of the energy of a bar, two cells high, to the exact energy."""
     order, serendipity = space
     across = np.linspace(-HEIGHT / 2, HEIGHT / 2, 3)
     along = aspect * HEIGHT / 2 * np.arange(CELLS + 1)
@@ -62,7 +62,7 @@ def stiffness_ratio(space: tuple[int, bool], aspect: float) -> float:
 
 
 def locking() -> Study:
-    """Bend with cells of growing length in every displacement space."""
+    """Bend a bar with cells of increasing length in every displacement space."""
     ratios = {
         name: [stiffness_ratio(space, aspect) for aspect in ASPECTS]
         for name, space in SPACES.items()

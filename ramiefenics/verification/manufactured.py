@@ -1,4 +1,4 @@
-"""A manufactured solution at large strain: the observed orders of convergence."""
+"""A manufactured solution at large strain, and the observed orders of convergence."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def manufactured_displacement(x: Expr, module: Any) -> list[Expr]:
 
 
 def solve(order: int, cells: int) -> tuple[float, float]:
-    """Return the errors in L2 and of the gradient."""
+    """Return the L2 errors of the displacement and of its gradient."""
     even = np.linspace(0.0, 1.0, cells + 1)
     mesh = block(even, even, even)
     mesh = mesh if order == 1 else second_order(mesh)
@@ -68,7 +68,7 @@ def solve(order: int, cells: int) -> tuple[float, float]:
 
 
 def manufactured() -> Study:
-    """Refine both element orders."""
+    """Refine meshes of both element orders, and observe the orders of convergence."""
     rows, checks, series = [], [], []
     for order, counts in CELLS.items():
         errors = np.array([solve(order, cells) for cells in counts])

@@ -1,4 +1,4 @@
-"""Patch test: a layered block, pulled and sheared, on distorted cells."""
+"""Patch test: a layered block, stretched and sheared, with distorted cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LAW = "saturating_fibre"
 INTERFACE, DISTORTION, CELLS = 0.5, 0.25, 4
 
 START = 1e-3
-"""Largest distance from the solution, mm, at which Newton's method starts."""
+"""Largest deviation from the solution, mm, with which Newton's method starts."""
 
 BELOW = np.array([[1.05, 0.04, 0.02], [0.01, 0.9, 0.03], [0.0, 0.05, 1.02]])
 """Deformation gradient of the lower layer."""
@@ -34,10 +34,10 @@ SPACES = {"order 1": (1, False), "order 2": (2, False), "order 2, serendipity": 
 
 
 def above() -> Array:
-    """Return the gradient of the upper layer, in balance with the lower one.
+    """Return the deformation gradient of the upper layer, in equilibrium with the lower one.
 
-    Both have the same displacement at the interface, so they differ by q (x) e_Y (Hadamard 1903),
-    and q is such that their tractions on it are equal.
+    The two layers have the same displacement at the interface, so their gradients differ by
+    q (x) e_Y (Hadamard 1903); q is such that their tractions on the interface are equal.
     """
     lower, upper = Point(LAW, XYLEM), Point(LAW, PHLOEM)
     traction = lower.stress(BELOW)[:, 1]
@@ -49,7 +49,7 @@ def above() -> Array:
 
 
 def distorted(order: int) -> dmesh.Mesh:
-    """Return a unit cube of straight-edged cells whose inner nodes are moved at random."""
+    """Return a unit cube of straight-edged cells whose inner nodes are displaced at random."""
     even = np.linspace(0.0, 1.0, CELLS + 1)
     mesh = block(even, even, even)
     points = mesh.geometry.x
@@ -61,7 +61,7 @@ def distorted(order: int) -> dmesh.Mesh:
 
 
 def error(order: int, serendipity: bool, upper: Array) -> float:
-    """Return the largest error of the displacement over its largest value."""
+    """Return the largest error of the displacement, relative to its largest value."""
     mesh = distorted(order)
     solid = Solid(mesh, layers(mesh, [INTERFACE]), [XYLEM, PHLOEM], LAW, serendipity)
 
@@ -80,7 +80,7 @@ def error(order: int, serendipity: bool, upper: Array) -> float:
 
 
 def patch() -> Study:
-    """Test all displacement spaces."""
+    """Run the patch test in all displacement spaces."""
     upper = above()
     errors = {name: error(*space, upper) for name, space in SPACES.items()}
     return Study(

@@ -1,4 +1,4 @@
-"""A law at one material point, without a mesh of its own."""
+"""A law at one material point, without a mesh."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class Point:
     Parameters
     ----------
     law
-        The law, as in the specification.
+        Law, as in the specification.
     material
-        Its constants.
+        Constants of the law.
 
     Attributes
     ----------
     duration_s
-        Of the step from what is remembered to the deformation that is asked about.
+        Duration of the step from the remembered state to the deformation that is evaluated.
     """
 
     def __init__(self, law: str, material: Material) -> None:
@@ -52,11 +52,11 @@ class Point:
         }
 
     def forget(self) -> None:
-        """Return to rest."""
+        """Reset the internal variables to the state at rest."""
         self._last = self._start
 
     def remember(self, F: Array) -> float:
-        """End a step at F, shape (3, 3); return what it dissipates, N/mm2."""
+        """End a step at F, shape (3, 3), and return the energy that it dissipates, N/mm2."""
         before, self._last = self._last, self._evaluate("update", F)
         return float(self._last[-1] - before[-1])
 
@@ -69,16 +69,16 @@ class Point:
         return self._evaluate("stress", F).reshape(3, 3)
 
     def tangent(self, F: Array) -> Array:
-        """Return its derivative by F, MPa, shape (3, 3, 3, 3)."""
+        """Return the derivative of the stress with respect to F, MPa, shape (3, 3, 3, 3)."""
         return self._evaluate("tangent", F).reshape(3, 3, 3, 3)
 
     def free_sides(self, prescribed: dict[tuple[int, int], float]) -> Array:
-        """Return the symmetric F with some entries prescribed and no stress by the others.
+        """Return the symmetric F with some entries prescribed and zero stress in the others.
 
         Parameters
         ----------
         prescribed
-            Entries of F, from (row, column), row <= column; both of a pair are set.
+            Entries of F by (row, column), row <= column; both entries of a pair are set.
         """
         pairs = [(i, j) for i in range(3) for j in range(i, 3) if (i, j) not in prescribed]
 

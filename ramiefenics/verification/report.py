@@ -1,4 +1,4 @@
-"""What came of verification studies: claims, and a page of Markdown."""
+"""Report of verification studies: claims, and a page in Markdown."""
 
 from __future__ import annotations
 
@@ -32,14 +32,15 @@ time steps, checks the whole curve in [explicit.md](explicit.md).
 
 @dataclass(frozen=True, repr=False)
 class Verification(Result):
-    """Verification studies that were done.
+    """Verification studies that have been run.
 
-    Its folder has `verification.md`, and a folder `verification` with all else.
+    The folder of this result has `verification.md`, and a folder `verification` with everything
+    else.
 
     Attributes
     ----------
     studies
-        By name.
+        Studies by name.
     """
 
     PLACE: ClassVar[str] = NAME
@@ -53,7 +54,7 @@ class Verification(Result):
         return all(check.passed for study in self.studies.values() for check in study.checks)
 
     def findings(self) -> list[str]:
-        """Return every claim, and whether it holds."""
+        """Return every claim and whether it holds."""
         return [
             f"{'holds' if check.passed else 'FAILS'}  {study.title}: {check.what} "
             f"{check.value:.6g}, {check.limits}"
@@ -62,7 +63,7 @@ class Verification(Result):
         ]
 
     def claims(self) -> pd.DataFrame:
-        """Return one row per claim."""
+        """Return a table with one row per claim."""
         return pd.DataFrame(
             [
                 {
@@ -83,7 +84,7 @@ class Verification(Result):
         return {"claims": self.claims().to_dict("records")}
 
     def tables(self) -> dict[str, Table]:
-        """Return claims, and the table of every study."""
+        """Return the table of claims, and that of every study."""
         own = {n: Table(s.table, s.text) for n, s in self.studies.items() if not s.table.empty}
         return {"claims": Table(self.claims(), "What the solver claims.")} | own
 
@@ -102,7 +103,7 @@ class Verification(Result):
         (folder / f"{NAME}.md").write_text(self.markdown(), encoding="utf-8")
 
     def markdown(self) -> str:
-        """Return the page."""
+        """Return the page in Markdown."""
         used = ", ".join(f"{package} {version}" for package, version in versions().items())
         links = {n: f"[{n}](#{_anchor(study.title)})" for n, study in self.studies.items()}
         claims = self.claims().replace({"study": links, "holds": {"no": "**no**"}})
@@ -117,6 +118,6 @@ class Verification(Result):
 
 
 def _anchor(title: str) -> str:
-    """Return how GitHub links to a heading."""
+    """Return the anchor that GitHub gives to a heading."""
     kept = "".join(c for c in title.lower() if c.isalnum() or c in " -")
     return kept.replace(" ", "-")

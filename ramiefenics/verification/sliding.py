@@ -26,26 +26,29 @@ from ramiefenics.verification.study import (
 )
 
 FRICTION = Friction(0.59, 0.12, weakening_mm=0.1)
-"""It weakens more slowly than the spring gives way, so that there always is an equilibrium."""
+"""Friction that weakens more slowly than the spring relaxes, so that equilibrium always exists."""
 
 SIZE, WIDTH = 4.0, 1.0
 
 PRESS, PULL = 0.02, 1.0
-"""Pressed together by, and pulled along by, mm."""
+"""Displacements by which the block is pressed against the plane and pulled along it, mm."""
 
 STEP, LONG_STEP = 0.005, 0.1
-"""Steps of the pull, mm: what the block does must not depend on them."""
+"""Steps of the pull, mm; the behaviour of the block must not depend on them."""
 
 SPRING = 0.25
-"""Of the bed that pulls the sliding surface along, MPa/mm; a bed there leaves the pressure even."""
+"""Stiffness of the elastic bed that pulls the sliding surface along, MPa/mm.
+
+A bed on that surface leaves the pressure uniform.
+"""
 
 MATERIAL = Material(Elastic.isotropic(10.0, 0.0))
 METHOD = ContactMethod(presliding_mm=2e-5)
-"""Sharp: friction builds up over a small part of the slip that weakens it."""
+"""Contact method with sharp friction, which builds up over a small part of the weakening slip."""
 
 
 def pull(step_mm: float) -> pd.DataFrame:
-    """Press a block against a plane, then pull it along by a spring; return forces per step, N."""
+    """Press a block against a plane, pull it along by a spring, and return a table of the steps."""
     even = np.linspace(-SIZE / 2, SIZE / 2, 5)
     mesh = block(np.array([-WIDTH / 2, WIDTH / 2]), even + SIZE / 2, even)
     solid = Solid(mesh, layers(mesh), [MATERIAL], "svk")
@@ -93,14 +96,14 @@ def coefficient(slip_mm: float) -> float:
 
 
 def exact_work(slid_mm: float, normal_N: float) -> float:
-    """Return what friction takes along a slip, N mm: the force's integral."""
+    """Return the work of friction along a slip, N mm: the integral of its force."""
     L = FRICTION.weakening_mm
     surplus = (FRICTION.static - FRICTION.dynamic) * L * (1.0 - np.exp(-slid_mm / L))
     return float(normal_N * (FRICTION.dynamic * slid_mm + surplus))
 
 
 def sliding() -> Study:
-    """Compare slip, forces and work with the exact ones, in short steps and in long ones."""
+    """Compare slip, forces and work with their exact values, in short and in long steps."""
     tables = {step: pull(step) for step in (STEP, LONG_STEP)}
     normal = float(tables[STEP]["normal (N)"].iloc[-1])
     exact = {
@@ -123,7 +126,7 @@ def sliding() -> Study:
 def _checks(
     tables: dict[float, pd.DataFrame], exact: dict[float, Array], normal_N: float
 ) -> tuple[Check, ...]:
-    """Compare the tables, by their step, with the exact slips."""
+    """Compare the tables with the exact slips, both by step size."""
     table, slid = tables[STEP], float(exact[STEP][-1])
     ratio, work = table["ratio"], table["friction work (N mm)"]
     loose = int(np.flatnonzero(exact[STEP])[0])
@@ -170,7 +173,7 @@ def _checks(
 
 
 def _plot(tables: dict[float, pd.DataFrame], exact: Array, normal_N: float) -> Plot:
-    """Draw the ratio of forces; `exact` are the slips in short steps, mm."""
+    """Draw the ratio of forces; `exact` has the exact slips in short steps, mm."""
     pulled = tables[STEP]["pulled (mm)"]
     found = (
         Series(f"steps of {step:g} mm", table["pulled (mm)"], table["ratio"], points=True)

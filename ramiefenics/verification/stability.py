@@ -1,4 +1,4 @@
-"""Where each law is strongly elliptic when crushed across and compressed along the fibres."""
+"""Strong ellipticity of the laws when crushed across and compressed along the fibres."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COMPRESSIONS = np.concatenate([np.arange(0.0, 0.03, FINE), np.arange(0.03, 0.101
 def limits(law: str, material: Material) -> Array:
     """Return the axial compression at which ellipticity is lost, one per transverse stretch.
 
-    NaN where it is not lost within the range.
+    The value is NaN where ellipticity is not lost within the range.
     """
     point = Point(law, material)
     tangents = [
@@ -35,7 +35,7 @@ def limits(law: str, material: Material) -> Array:
 
 
 def stability() -> Study:
-    """Map all laws with the constants of the phloem, or of its matrix alone."""
+    """Map where all laws lose ellipticity, with the constants of the phloem or its matrix."""
     lost = {law: limits(law, list(layers.values())[-1]) for law, layers in MATERIALS.items()}
     elastic = PHLOEM.elastic
     collapse = float(STRETCHES[lost["svk"] == 0.0].max())

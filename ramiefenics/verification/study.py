@@ -1,4 +1,4 @@
-"""What a verification study gives back: claims with their limits, a table, a plot."""
+"""Result of a verification study: claims with their limits, a table, a plot."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 
 DATA = Path(__file__).parent / "data"
-"""Numbers of other codes."""
+"""Folder with results of other codes."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One claim that holds or does not.
+    """A claim that either holds or fails.
 
     Attributes
     ----------
     what
-        The claim.
+        Claim.
     value
-        What was found.
+        Value that was found.
     low, high
-        Between which it must lie.
+        Limits between which the value must lie.
     why
-        The reason for these limits.
+        Reason for these limits.
     """
 
     what: str
@@ -42,7 +42,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether it holds."""
+        """Whether the claim holds."""
         return self.low <= self.value <= self.high
 
     @property
@@ -56,18 +56,18 @@ class Check:
 
 
 def near(what: str, value: float, expected: float, share: float, why: str) -> Check:
-    """Return a check of a value against an expected one, to a share of it."""
+    """Return a check that a value differs from an expected one by at most a share of it."""
     width = share * abs(expected)
     return Check(what, value, expected - width, expected + width, why)
 
 
 def at_most(what: str, value: float, high: float, why: str) -> Check:
-    """Return a check of a value that must not be larger."""
+    """Return a check that a value is not above a limit."""
     return Check(what, value, -math.inf, high, why)
 
 
 def at_least(what: str, value: float, low: float, why: str) -> Check:
-    """Return a check of a value that must not be smaller."""
+    """Return a check that a value is not below a limit."""
     return Check(what, value, low, math.inf, why)
 
 
@@ -78,11 +78,11 @@ class Series:
     Attributes
     ----------
     label
-        For the legend.
+        Label in the legend.
     x, y
-        Shape (n,).
+        Coordinates, shape (n,).
     points
-        Markers only; else a line.
+        Whether to draw markers only; otherwise a line is drawn.
     """
 
     label: str
@@ -93,14 +93,14 @@ class Series:
 
 @dataclass(frozen=True)
 class Plot:
-    """What to draw.
+    """Contents of a plot.
 
     Attributes
     ----------
     x_label, y_label
-        With units.
+        Labels of the axes, with units.
     series
-        What is drawn.
+        Series to draw.
     log
         Whether both axes are logarithmic.
     """
@@ -120,13 +120,13 @@ class Study:
     title
         Heading.
     text
-        The problem, its solution and their sources, Markdown.
+        The problem, its solution and their sources, in Markdown.
     checks
-        What it claims.
+        Claims of the study.
     table
-        Numbers, one row per case; its columns' names have units.
+        Numbers, one row per case; column names include the unit.
     plot
-        Optional.
+        Plot, if the study has one.
     """
 
     title: str
@@ -137,6 +137,6 @@ class Study:
 
 
 def observed_orders(sizes: Sequence[float], errors: Sequence[float]) -> list[float]:
-    """Return the orders of convergence between each two neighbours, shape (n - 1,)."""
+    """Return the observed orders of convergence between successive sizes, shape (n - 1,)."""
     ratios = np.log(np.asarray(errors[:-1]) / np.asarray(errors[1:]))
     return list(ratios / np.log(np.asarray(sizes[:-1]) / np.asarray(sizes[1:])))

@@ -1,4 +1,4 @@
-"""Taylor test of the tangent of a bent stalk, contact and friction active."""
+"""Taylor test of the tangent of a bent stalk, with active contact and friction."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ramiefenics.verification.study import Plot, Series, Study, near, observed_o
 
 TRAVEL, STEP = 3.0, 0.2
 SIZES = 1e-3 * 0.5 ** np.arange(8)
-"""Of the disturbance, mm."""
+"""Sizes of the disturbance, mm."""
 
 
 def remainders() -> list[float]:
@@ -34,7 +34,7 @@ def remainders() -> list[float]:
     stepper = QuasiStatic(problem, observer.observe, test.protocol, test.numerics.stepping)
     for _ in stepper.steps():
         pass
-    problem.place(STEP, STEP)  # friction is at work only where cylinders have moved on
+    problem.place(STEP, STEP)  # friction acts only once the cylinders have moved
     stepper.newton.solve(1e-3, STEP)
     u = problem.displacement
     here = u.x.array.copy()
@@ -57,7 +57,7 @@ def remainders() -> list[float]:
 
 
 def tangent() -> Study:
-    """Disturb the bent stalk less and less."""
+    """Compare the residual with its linearisation under ever smaller disturbances."""
     norms = remainders()
     orders = observed_orders(list(SIZES), norms)
     return Study(

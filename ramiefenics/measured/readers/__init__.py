@@ -1,4 +1,4 @@
-"""Formats of raw files, one module each; a new one is listed here."""
+"""Readers of raw files, one module per format; new ones are listed here."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,12 +16,13 @@ __all__ = ["READERS", "Reader", "find_reader", "guess_reader", "read_raw_file"]
 
 
 def guess_reader(paths: Sequence[str | Path], options: Mapping[str, Any]) -> Reader:
-    """Return the first reader that has certain options, and takes the first file.
+    """Return the first reader that has the given options and can read the first file.
 
     Raises
     ------
     SpecificationError
-        Of the first such reader, if none does; or if there is no file.
+        If there is no file, if no reader has the options, or if none can read the file; the message
+        is then that of the first reader with the options.
     """
     if not paths:
         raise SpecificationError("raw", None, "must name at least one file")
@@ -37,12 +38,12 @@ def guess_reader(paths: Sequence[str | Path], options: Mapping[str, Any]) -> Rea
 
 
 def find_reader(format: str | Path) -> Reader:
-    """Return the reader of a format that is listed, or the one that a Python file defines.
+    """Return the reader of a listed format, or the one that a Python file defines.
 
     Raises
     ------
     SpecificationError
-        If there is none of that name, or the file does not define one.
+        If there is no reader of that name, or the file does not define exactly one.
     """
     if str(format).endswith(".py"):
         found = load_objects(format, Reader, "format")

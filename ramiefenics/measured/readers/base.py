@@ -1,4 +1,4 @@
-"""What a reader of raw files is: a function from a path to a record, and a name."""
+"""Definition of a reader of raw files: a name, and a function from a path to a record."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from ramiefenics.specification import SpecificationError
 
 @dataclass(frozen=True)
 class Reader:
-    """How one format of raw files is read.
+    """Reader of one format of raw files.
 
     Attributes
     ----------
     name
-        One word.
+        Name, one word.
     files
-        Whose files these are, one sentence.
+        Origin of files of this format, one sentence.
     read
-        From a path to a `RawCurve` as recorded, in mm, N and s; signs and unloading are seen to
-        afterwards (`tidy`), and what is no record of a bending test is refused. Its keyword
-        arguments are the format's options; of these the command line has ``columns``,
-        ``speed_mm_per_min`` and ``rate_Hz``. Raises `SpecificationError` on a file that it
-        cannot read.
+        Function from a path to a `RawCurve` as recorded, in mm, N and s. Afterwards `tidy` corrects
+        signs, cuts off the unloading, and refuses what is not a record of a bending test. The
+        keyword arguments are the options of the format; of these the command line has ``columns``,
+        ``speed_mm_per_min`` and ``rate_Hz``. Raises `SpecificationError` on a file that it cannot
+        read.
     """
 
     name: str
@@ -47,12 +47,12 @@ class Reader:
         return tuple(inspect.signature(self.read).parameters)[1:]
 
     def check_options(self, given: Mapping[str, Any]) -> None:
-        """Check that the format has these options.
+        """Check that the format has the given options.
 
         Raises
         ------
         SpecificationError
-            Naming the first that it has not.
+            If it does not have one of them; the message names the first.
         """
         for name, value in given.items():
             if name not in self.options:
@@ -61,12 +61,12 @@ class Reader:
 
 
 def read_raw_file(reader: Reader, path: Path, options: Mapping[str, Any]) -> RawCurve:
-    """Return what a file says, compression positive, without unloading.
+    """Return the contents of a file, with compression positive and without unloading.
 
     Raises
     ------
     SpecificationError
-        On the first defect: file, row, and what to do; also if the reader fails.
+        On the first defect, with file, row and remedy in the message; also if the reader fails.
     """
     try:
         raw = reader.read(path, **options)

@@ -20,24 +20,24 @@ from ramiefenics.specification.checks import check_number
 COMMENTS = ("#", "%", "//", "'")
 
 QUANTITIES = {"displacement": "mm", "force": "N", "time": "s"}
-"""What a column may be, and its unit inside."""
+"""Quantities that a column may hold, with the units that are used internally."""
 
 SKIPPED = "-"
 
 
 @dataclass(frozen=True)
 class TextColumns:
-    """What the columns of a text file are.
+    """Meaning of the columns of a text file.
 
     Attributes
     ----------
     columns
-        In order, ``displacement``, ``force`` or ``time`` with a unit: ``displacement_mm``,
-        ``force_kN``; ``-`` for a column that is something else.
+        Columns in order: ``displacement``, ``force`` or ``time`` with a unit, such as
+        ``displacement_mm`` or ``force_kN``; ``-`` for a column that is something else.
     speed_mm_per_min
-        Of the crosshead; needed where there is no displacement.
+        Speed of the crosshead; required if there is no displacement.
     rate_Hz
-        Rows per second; without a column of time it makes one.
+        Rows per second, from which the time is calculated if there is no column for it.
     """
 
     columns: tuple[str, ...] = ("displacement_mm", "force_N")
@@ -45,7 +45,7 @@ class TextColumns:
     rate_Hz: float | None = None
 
     def __post_init__(self) -> None:
-        """Check that force and displacement can be had."""
+        """Check that force and displacement can be obtained."""
         for name in ("speed_mm_per_min", "rate_Hz"):
             if getattr(self, name) is not None:
                 check_number(self, name, above=0.0)
@@ -74,15 +74,15 @@ def read_columns(
     speed_mm_per_min: float | None = None,
     rate_Hz: float | None = None,
 ) -> RawCurve:
-    """Read a text file of columns; see `TextColumns` for what they may be.
+    """Read a text file of columns, whose possible meanings are those of `TextColumns`.
 
-    Lines that begin with # % // or ' are comments; so are lines without any number before the
-    first row. Every row has as many cells as there are columns.
+    Lines that begin with # % // or ' are comments, and so are lines without any number before the
+    first row. Every row must have as many cells as there are columns.
 
     Raises
     ------
     SpecificationError
-        On the first defect: file, row, and what to do.
+        On the first defect; the message names file, row and remedy.
     """
     layout = TextColumns(columns, speed_mm_per_min, rate_Hz)
     names = ["" if name == SKIPPED else name for name in layout.columns]
@@ -110,7 +110,7 @@ def _rows(path: Path) -> list[Row]:
             continue
         if split is None:
             if not _any_number(text):
-                continue  # names
+                continue  # a heading
             split = _splitter(text)
         rows.append(Row(number, split(text)))
     if not rows:
@@ -124,7 +124,10 @@ def _any_number(text: str) -> bool:
 
 
 def _splitter(text: str) -> Callable[[str], list[str]]:
-    """Tell from the first row what is between cells; a comma between digits may be decimal."""
+    """Return a function that splits rows as the first one requires.
+
+    A comma between digits may be a decimal one, and separates cells only if nothing else does.
+    """
     for pattern in (r"\s*;\s*", r"\s*\t\s*", r"\s*,\s+", r"\s+", r","):
         if re.search(pattern, text):
             return functools.partial(re.split, pattern)

@@ -1,8 +1,9 @@
-"""Raw data with a line of headings: most machines' text exports, and Excel workbooks.
+"""Raw data with a line of headings: text exports of most machines, and Excel workbooks.
 
 Instron's Bluehill, ZwickRoell's testXpert, MTS TestSuite, Shimadzu's Trapezium and others write a
-header of keys and values, the columns' names, their units (beside the names, in them or below), and
-rows; comma, semicolon or tab between cells, quoted or not, decimal point or comma:
+header of keys and values, the names of the columns, their units (beside the names, in them or
+below), and rows. Cells are separated by commas, semicolons or tabs, quoted or not, and have a
+decimal point or comma:
 
     Specimen properties : Diameter,"14,0",mm
 
@@ -44,10 +45,10 @@ WORKBOOKS = (".xlsx", ".xlsm")
 BESIDE = re.compile(
     r"\s*[(\[\uff08]\s*([^)\]\uff09]*?)\s*[)\]\uff09]\s*$|\s*/\s*(\w+)\s*$|\s+in\s+(\w+)\s*$"
 )
-"""A unit behind a name: in brackets, behind a slash, or behind "in"."""
+"""A unit that follows a name: in brackets, after a slash, or after "in"."""
 
 Columns = dict[str, int]
-"""Place of each quantity."""
+"""Index of the column of each quantity."""
 
 
 def read_headings(path: Path) -> RawCurve:
@@ -56,7 +57,7 @@ def read_headings(path: Path) -> RawCurve:
     Raises
     ------
     SpecificationError
-        On the first defect: file, row, and what to do.
+        On the first defect; the message names file, row and remedy.
     """
     lines, (names, delimiter, columns) = _found(path)
     cells = _split(lines[names], delimiter)
@@ -79,12 +80,12 @@ def read_headings(path: Path) -> RawCurve:
 
 
 def _found(path: Path) -> tuple[list[str], tuple[int, str, Columns]]:
-    """Return the lines, and where the headings are, in whichever encoding or sheet has any."""
+    """Return the lines and the place of the headings, in the encoding or sheet that has them."""
     if path.suffix.lower() in WORKBOOKS:
         versions = _sheets(path)
     else:
         versions = [read_lines(path)]
-        if _names(path, versions[0]) is None:  # Chinese text passes for a Western encoding
+        if _names(path, versions[0]) is None:  # Chinese text can pass for a Western encoding
             versions += [read_lines(path, ("gb18030",))] if _is_bytes(path, "gb18030") else []
     with_names = [(lines, at) for lines in versions if (at := _names(path, lines)) is not None]
     if len(with_names) > 1:
@@ -110,7 +111,7 @@ def _is_bytes(path: Path, encoding: str) -> bool:
 
 
 def _sheets(path: Path) -> list[list[str]]:
-    """Return the sheets of a workbook as lines, tabs between cells."""
+    """Return the sheets of a workbook as lines, with tabs between cells."""
     content = BytesIO(read_bytes(path))
     try:
         with ZipFile(content) as parts:
@@ -135,7 +136,7 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _names(path: Path, lines: Sequence[str]) -> tuple[int, str, Columns] | None:
-    """Find the line with the columns' names, what is between them, and who is where."""
+    """Find the line with the columns' names, its delimiter, and the column of each quantity."""
     for index, line in enumerate(lines):
         for delimiter in DELIMITERS:
             plain = [_bare(cell) for cell in _split(line, delimiter)]
@@ -166,7 +167,7 @@ def _units(
     names: int,
     delimiter: str,
 ) -> tuple[dict[str, str], int]:
-    """Return units by column, beside the names or below, and the index of the line after."""
+    """Return the units by quantity, found beside or below the names, and the next line's index."""
     beside = [BESIDE.search(cell.strip()) for cell in cells]
     if all(beside[place] for place in columns.values()):
         return {
@@ -190,13 +191,13 @@ def _units(
 
 
 def _known(unit: str) -> str:
-    """Return a unit as the tables spell it."""
+    """Return a unit in the spelling of `UNITS`."""
     every = [known for table in UNITS.values() for known in table]
     return unit if unit in every else UNIT_SPELLINGS.get(unit.lower(), unit)
 
 
 def _header(lines: Sequence[str], delimiter: str) -> dict[str, str]:
-    """Return the values above the table; a key may itself have commas."""
+    """Return the values above the table by key; a key may itself contain commas."""
     found: dict[str, str] = {}
     for line in lines:
         quoted = re.fullmatch(r'"?([^"]+?)"?[,;\t]\s*"([^"]*)"(?:[,;\t]\s*"?([^"]*?)"?)?\s*', line)

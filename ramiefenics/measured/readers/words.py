@@ -1,4 +1,4 @@
-"""What machines call things, in five languages; all in lower case."""
+"""Terms used by testing machines, in five languages; all in lower case."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ NAMES: dict[str, tuple[str, ...]] = {
         *("prüfzeit", "zeit", "temps", "tiempo", "时间"),
     ),
 }
-"""What a column is called; the first that is there is taken."""
+"""Names of columns by quantity; the first that occurs in a file is taken."""
 
 UNIT_SPELLINGS = {
     **{"sec": "s", "seconds": "s", "sekunden": "s", "秒": "s"},
     **{"inch": "in", "newton": "N", "n": "N", "牛": "N", "kn": "kN", "毫米": "mm", "µm": "um"},
 }
-"""How units are spelt besides."""
+"""Other spellings of units."""
 
 DIAMETERS = ("diameter", "durchmesser", "diamètre", "diametre", "diámetro", "diametro", "直径")
-"""Parts of a header's key that say how thick a specimen is."""
+"""Parts of a header's key that stand for the diameter of a specimen."""
 
 SPANS = (
     *("span", "stützweite", "auflagerabstand", "portée", "entraxe", "distancia entre apoyos"),
     *("luz", "跨距", "跨度"),
 )
-"""Parts of a header's key that say how far apart the supports are."""
+"""Parts of a header's key that stand for the distance between the supports."""

@@ -1,4 +1,4 @@
-"""What compiled C adds to the equations: forces, and their derivatives in a matrix."""
+"""Contributions of compiled C code to the equations: forces, and their derivatives in a matrix."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ramiefenics.model.compat import geometry_nodes
 from ramiefenics.model.kernels.library import compiled
 
 WIDTH = 4
-"""Numbers that loops over nodes and points handle at once."""
+"""How many numbers the loops over nodes and points handle at once."""
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -36,21 +36,21 @@ class AssembledKernel:
     Parameters
     ----------
     source, declarations
-        C, with the functions above, and what of it is called; the structure `cells` begins with the
-        number of cells and their nodes.
+        C code with the functions above, and the declarations of whatever else is called. The
+        structure `cells` begins with the number of cells and their nodes.
     nodes
-        Of the cells, shape (cells, nodes).
+        Nodes of the cells, shape (cells, nodes).
     owned
-        Number of those that are integrated over, which come first.
+        Number of cells that are integrated over, which come first.
     displacement
         The unknown.
     duration
-        Of the step, s.
+        Duration of the step, s.
 
     Attributes
     ----------
     nodes, owned
-        The same.
+        As given.
     components
         Number of the displacement's components that this rank knows.
     """
@@ -69,7 +69,7 @@ class AssembledKernel:
         self.nodes, self.owned = np.ascontiguousarray(nodes), owned
         self._u, self._duration = displacement, duration
         self.components = len(displacement.x.array)
-        self._cells: Any  # to be set by whoever has the rest of the structure
+        self._cells: Any  # to be set by subclasses, which have the rest of the structure
 
     def _pointer(self, array: NDArray[Any]) -> Any:
         kinds = {"d": "double *", "i": "int32_t *", "B": "uint8_t *"}
@@ -77,7 +77,7 @@ class AssembledKernel:
 
     @property
     def _step(self) -> tuple[Any, float]:
-        """Displacement and duration."""
+        """Displacement and duration, as arguments of the C functions."""
         return self._pointer(self._u.x.array), float(self._duration.value)
 
     def add_forces(self, forces: Array) -> None:
@@ -85,14 +85,14 @@ class AssembledKernel:
         self._lib.add_forces(self._cells, *self._step, self._pointer(forces))
 
     def list_stiffness(self, held: NDArray[np.uint8], first: int, behind: int) -> Array:
-        """Return the derivative of the forces, shape (cells, components of nodes, the same).
+        """Return the derivative of the forces, shape (cells, 3 nodes, 3 nodes).
 
         Parameters
         ----------
         held
-            1 where a component of the displacement is held, whose row and column are zero.
+            1 where a component of the displacement is constrained, whose row and column are zero.
         first, behind
-            Which cells.
+            First cell, and the one after the last.
         """
         entries = np.empty((behind - first, 3 * self.nodes.shape[1], 3 * self.nodes.shape[1]))
         arrays = self._pointer(held), first, behind, self._pointer(entries)
@@ -100,12 +100,12 @@ class AssembledKernel:
         return entries
 
     def offsets(self, starts: Integers, columns: Integers) -> Integers:
-        """Return where in a node's row of a matrix another node is, by cell, node and node.
+        """Return the position of one node in the matrix row of another, by cell, node and node.
 
         Parameters
         ----------
         starts, columns
-            Of the rows, compressed, with sorted columns; one row and column per node.
+            Compressed rows of the matrix, with sorted columns; one row and column per node.
         """
         found = np.empty((self.owned, *2 * self.nodes.shape[1:]), dtype=np.int32)
         arrays = (self._pointer(array) for array in (starts, columns, found))
@@ -122,35 +122,35 @@ class AssembledKernel:
         held
             As for `list_stiffness`.
         starts
-            Of the rows, one per component of the displacement, among the values.
+            Starts of the rows, one per component of the displacement, among the values.
         offsets
-            By `offsets`.
+            Result of `offsets`.
         values
-            To add to.
+            Entries of the matrix, to add to.
         """
         arrays = (self._pointer(array) for array in (held, starts, offsets, values))
         self._lib.add_stiffness(self._cells, *self._step, *arrays)
 
 
 def padded(count: int) -> int:
-    """Return a number of nodes or points as a whole multiple of `WIDTH`."""
+    """Return a number of nodes or points, rounded up to a whole multiple of `WIDTH`."""
     return -(-count // WIDTH) * WIDTH
 
 
 def program(sizes: Mapping[str, int], parts: Sequence[str], file: str) -> str:
-    """Return the C of a kernel: sizes, declarations, generated functions, files."""
+    """Return the C code of a kernel: sizes, declarations, generated functions, files."""
     defined = "\n".join(f"#define {name} {value}" for name, value in sizes.items())
     files = [Path(__file__).with_name(n).read_text(encoding="utf-8") for n in (file, "scatter.c")]
     return "\n".join(("#include <math.h>\n#include <stdint.h>", defined, *parts, *files))
 
 
 def cell_maps(mesh: dmesh.Mesh, cells: Integers, points: Array) -> tuple[Array, Array]:
-    """Return coordinates of points of the reference cell in cells, and the maps' derivatives.
+    """Return the positions in cells of points of the reference cell, and the Jacobians there.
 
     Returns
     -------
     tuple
-        Shapes (cells, points, 3) and (cells, points, 3, 3).
+        Positions, shape (cells, points, 3), and Jacobians, shape (cells, points, 3, 3).
     """
     element = mesh.ufl_domain().ufl_coordinate_element()
     element = element.sub_elements[0] if element.block_size > 1 else element

@@ -1,4 +1,4 @@
-"""Forces, stiffness and energy of a solid's hexahedra by compiled C."""
+"""Forces, stiffness and energy of a solid's hexahedra, by compiled C code."""
 
 from __future__ import annotations
 
@@ -51,19 +51,19 @@ class ElementKernel(AssembledKernel):
     Parameters
     ----------
     law
-        The material.
+        Material law.
     parameters
-        Its parameters by name, constant in every cell.
+        Parameters of the law by name, constant in every cell.
     local
-        Those that differ from point to point.
+        Parameters that vary from point to point, by name.
     memory
-        What the quadrature points remember.
+        Internal variables at the quadrature points; None for an elastic law.
     displacement
         The unknown.
     duration
-        Of the step, s.
+        Duration of the step, s.
     quadrature_degree
-        Of the quadrature in the cells.
+        Degree of the quadrature in the cells.
     cells
         Local cells of the solid, those that this rank owns first.
 
@@ -75,7 +75,7 @@ class ElementKernel(AssembledKernel):
     Raises
     ------
     UnknownOperation
-        If the law uses something that has no counterpart in C.
+        If the law uses an operation that has no counterpart in C.
     """
 
     def __init__(
@@ -127,14 +127,14 @@ class ElementKernel(AssembledKernel):
         numbers = np.zeros(1)
         if memory is not None:
             places, numbers = memory.places[cells], memory.numbers
-        self._arrays = [  # in the order of the structure; they live as long as this does
+        self._arrays = [  # in the order of the structure; kept alive by this object
             np.ascontiguousarray(array)
             for array in (self.nodes, by_point, by_node, inverse, weight, numbers_of_law)
         ] + [numbers, np.ascontiguousarray(places)]
         self._cells = self._of_cells(self.owned)
 
     def _map(self, points: Array, weights: Array, width: int) -> tuple[Array, Array]:
-        """Return the inverse of the cells' map, by entry and point, and the points' volumes."""
+        """Return the cells' inverse Jacobians, by entry and point, and the points' volumes."""
         _, jacobian = cell_maps(self._u.function_space.mesh, self._of_solid, points)
         inverse = np.zeros((len(jacobian), 3, 3, width))
         inverse[..., : len(points)] = np.linalg.inv(jacobian).transpose(0, 2, 3, 1)
@@ -143,7 +143,7 @@ class ElementKernel(AssembledKernel):
         return inverse, weight
 
     def _at_points(self, values: fem.Function, points: Array, width: int) -> Array:
-        """Return a function at the points of every cell, those behind the last one repeated."""
+        """Return a function at the points of every cell, padded with the value at the last one."""
         space = values.function_space
         shares = space.element.basix_element.tabulate(0, points)[0, :, :, 0]
         found = values.x.array[space.dofmap.list[self._of_solid]] @ shares.T
@@ -153,13 +153,13 @@ class ElementKernel(AssembledKernel):
         return self._ffi.new("struct cells *", [count, *map(self._pointer, self._arrays)])
 
     def energies(self) -> tuple[float, float]:
-        """Return what this rank's cells store, and have dissipated so far, N mm."""
+        """Return the energies that this rank's cells store, and have dissipated so far, N mm."""
         sums = np.zeros(2)
         self._lib.sum_energies(self._cells, *self._step, self._pointer(sums))
         return float(sums[0]), float(sums[1])
 
     def updated(self) -> Array:
-        """Return what all points remember of the current state, as `MaterialMemory.numbers`."""
+        """Return the current internal variables, in the layout of `MaterialMemory.numbers`."""
         assert self._memory is not None
         now = self._memory.numbers.copy()
         self._lib.update(self._of_cells(len(self.nodes)), *self._step, self._pointer(now))
@@ -172,7 +172,7 @@ class ElementKernel(AssembledKernel):
         return found
 
     def tangents(self) -> Array:
-        """Return the derivatives of the stress by them, MPa, shape (cells, points, 3, 3, 3, 3)."""
+        """Return the tangents dP/dF, MPa, shape (owned cells, points, 3, 3, 3, 3)."""
         found = np.empty((self.owned, self.points, 3, 3, 3, 3))
         self._lib.list_tangents(self._cells, *self._step, self._pointer(found))
         return found

@@ -1,4 +1,4 @@
-"""Forces and stiffness of a traction on facets of hexahedra by compiled C."""
+"""Forces and stiffness of a traction on facets of hexahedra, by compiled C code."""
 
 from __future__ import annotations
 
@@ -54,10 +54,13 @@ struct cells {                  /* with a facet each */
 ARGUMENTS = "const double *restrict at, const double *restrict constants, double duration"
 
 ALWAYS = {"X": 3, "N": 3, "u": 3, "H": 9}
-"""What is given at every point before the fields, and its components."""
+"""What is given at every point ahead of the fields, and the number of its components.
+
+Position, normal, displacement and displacement gradient.
+"""
 
 _sources: dict[Hashable, str] = {}
-"""What this process has generated, by structure."""
+"""C code that this process has generated, by structure."""
 
 
 class FacetKernel(AssembledKernel):
@@ -66,24 +69,25 @@ class FacetKernel(AssembledKernel):
     Parameters
     ----------
     traction
-        On the body, UFL shape (3,): of place, normal, displacement, its gradient, other functions
-        and constants, the latter those at construction.
+        Traction on the body, UFL shape (3,), a function of position, normal, displacement, its
+        gradient, other functions and constants. Constants keep their values at construction, except
+        the duration.
     apart
-        A number in UFL, of place, displacement and other functions: where it is not negative at any
-        point of a facet there is no traction on that.
+        UFL scalar, a function of position, displacement and other functions. A facet has no
+        traction if this is not negative at any of its points.
     displacement
         The unknown.
     duration
-        Of the step, s.
+        Duration of the step, s.
     facets
-        Cell, and number of the facet in the cell, shape (m, 2); of cells that this rank owns.
+        Cell, and number of the facet in the cell, shape (m, 2), for cells that this rank owns.
     quadrature_degree
-        Of the quadrature on the facets.
+        Degree of the quadrature on the facets.
 
     Raises
     ------
     UnknownOperation
-        If the traction has something that has no counterpart in C.
+        If the traction contains an operation that has no counterpart in C.
     """
 
     def __init__(
@@ -120,7 +124,7 @@ class FacetKernel(AssembledKernel):
             _sources[key] = program(sizes, (DECLARATIONS, generated), "facet.c")
         of_cells = space.dofmap.list[cells]
         super().__init__(_sources[key], DECLARATIONS, of_cells, len(cells), displacement, duration)
-        self._kept: list[Any] = [*fields]  # and what else the structures point to
+        self._kept: list[Any] = [*fields]  # and whatever else the structures point to
         inverse, weight, geometry = self._geometry(cells, faces, weights)
         constants = np.array([float(c.value) for c in parts.constants if c != duration] or [0.0])
         self._cells = self._ffi.new(
@@ -139,7 +143,7 @@ class FacetKernel(AssembledKernel):
         return self._pointer(array)
 
     def _padded(self, values: NDArray[Any]) -> Array:
-        """Repeat the last point, the last axis, up to a whole multiple of the width."""
+        """Repeat the last point, along the last axis, up to a whole multiple of `WIDTH`."""
         missing = padded(values.shape[-1]) - values.shape[-1]
         return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, missing)], mode="edge")
 
@@ -153,7 +157,7 @@ class FacetKernel(AssembledKernel):
     def _geometry(
         self, cells: Integers, faces: Integers, weights: Array
     ) -> tuple[Array, Array, Array]:
-        """Return inverse maps, areas of the points, and places with normals."""
+        """Return inverse Jacobians, areas of the points, and positions with normals."""
         mesh, count = self._u.function_space.mesh, len(weights)
         normals = basix.cell.facet_outward_normals(basix.CellType.hexahedron)
         places, jacobian = np.empty((len(cells), count, 3)), np.empty((len(cells), count, 3, 3))
@@ -195,10 +199,10 @@ def _generated(
     fields: Sequence[fem.Function],
     duration: fem.Constant,
 ) -> str:
-    """Return C functions of all points of a facet: the traction, its derivatives, and `apart`.
+    """Return C functions for all points of a facet: the traction, its derivatives, and `apart`.
 
-    ``traction_tangent`` has the derivatives of every component by the displacement's, then by those
-    of its gradient.
+    ``traction_tangent`` gives the derivatives of every component with respect to the components of
+    the displacement, then to those of its gradient.
     """
     graph, place = Graph(), 0
     places: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""Compiled C: made once on a machine, kept beside the compiled forms."""
+"""Compiled C code, built once on a machine and kept beside the compiled forms."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ FOLDER = CACHE.parent / "kernels"
 
 @functools.cache
 def compiled(source: str, declarations: str, libraries: tuple[str, ...] = ()) -> ModuleType:
-    """Compile C, or take it from the cache; return cffi's module.
+    """Compile C code, or take it from the cache; return cffi's module.
 
     Parameters
     ----------
     source
         The code.
     declarations
-        What of it is called from Python.
+        Declarations of what is called from Python.
     libraries
-        To link with.
+        Libraries to link with.
 
     Raises
     ------
     cffi.VerificationError
-        If it cannot be compiled.
+        If the code cannot be compiled.
     """
-    # by this macro math.h offers its functions for several numbers at once; GCC itself defines it
-    # only where NaN may be anything
+    # with this macro math.h offers its functions for vectors; GCC itself defines the macro only
+    # where NaN need not be preserved
     options = [*JIT_OPTIONS["cffi_extra_compile_args"], "-D__FAST_MATH__"]
     key = "\n".join((source, declarations, *options, *libraries, cffi.__version__))
     name = f"kernel_{hashlib.sha256(key.encode()).hexdigest()[:24]}"
     FOLDER.mkdir(parents=True, exist_ok=True)
     target = FOLDER / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    # a lock ends with its process, whatever happens to that
+    # a lock is released when its process ends, however that happens
     with (FOLDER / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not is_sound(target):

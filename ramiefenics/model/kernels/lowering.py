@@ -1,4 +1,4 @@
-"""From tensor expressions in UFL to graphs of numbers."""
+"""Expansion of UFL's tensor expressions into graphs of scalar operations."""
 
 from __future__ import annotations
 
@@ -46,40 +46,40 @@ Component = tuple[int, ...]
 
 
 class UnknownOperation(Exception):
-    """Something in an expression that has no counterpart here."""
+    """An operation in an expression has no counterpart in C."""
 
 
 class Lowering:
-    """Lowers expressions of given terminals into one graph.
+    """Expands expressions of given terminals into one graph.
 
     Parameters
     ----------
-    terminals
-        Their components by terminal: an array of nodes in the terminal's shape.
     graph
-        Where the nodes are.
+        Graph to which the nodes belong.
+    terminals
+        Components of each terminal: an array of nodes in the terminal's shape.
     """
 
     def __init__(self, graph: Graph, terminals: Mapping[Expr, np.ndarray]) -> None:
         self._graph, self._terminals = graph, terminals
         self._known: dict[tuple, Node] = {}
         self._gradients: dict[tuple, dict[Component, Node]] = {}
-        self._kept: list[Expr] = []  # known by identity; UFL frees what equals something else
+        self._kept: list[Expr] = []  # as keys are identities; UFL frees duplicates
 
     def lower(self, expression: Expr) -> list[Node]:
-        """Return the components of an expression, row by row.
+        """Return the nodes of an expression's components, row by row.
 
         Raises
         ------
         UnknownOperation
-            If something in it has no counterpart.
+            If an operation in it has no counterpart in C.
         """
         expression = apply_algebra_lowering(ufl.as_ufl(expression))
         shape = expression.ufl_shape
         return [self._component(expression, index, {}) for index in np.ndindex(*shape)]
 
     def _component(self, e: Expr, at: Component, indices: dict[int, int]) -> Node:
-        """Return one component where free indices have values."""
+        """Return one component for given values of the free indices."""
         key = (id(e), at, tuple(indices[i] for i in e.ufl_free_indices))
         if key not in self._known:
             self._known[key] = self._new_component(e, at, indices)
@@ -105,7 +105,7 @@ class Lowering:
             return self._indexed(e, at, indices)
         if isinstance(e, classes.ListTensor):
             return self._component(operands[at[0]], at[1:], indices)
-        if isinstance(e, classes.Conj | classes.Real):  # all is real
+        if isinstance(e, classes.Conj | classes.Real):  # all values are real
             return self._component(operands[0], at, indices)
         if isinstance(e, classes.Variable):
             return graph.label(self._component(operands[0], at, {}), (operands[1].count(), at))
@@ -151,7 +151,7 @@ class Lowering:
         return total
 
     def _derivative(self, e: Any, at: Component, indices: dict[int, int]) -> Node:
-        """Return a derivative by a `ufl.variable`."""
+        """Return a derivative with respect to a `ufl.variable`."""
         of, by = e.ufl_operands
         rank = len(of.ufl_shape)
         end = self._component(of, at[:rank], indices)

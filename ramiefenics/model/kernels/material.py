@@ -1,4 +1,4 @@
-"""A material law as functions in C, made from what it states in UFL."""
+"""A material law as C functions, generated from its expressions in UFL."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ ARGUMENTS = (
 
 @functools.cache
 def material_source(law: Law, parameters: tuple[str, ...], local: tuple[str, ...] = ()) -> str:
-    """Return C functions for all quadrature points of a cell: a law's, and their derivatives.
+    """Return C functions that evaluate a law at all quadrature points of a cell.
 
-    ``law_stress``, ``law_tangent`` (the stress's derivative, whose last two indices are those of
-    the deformation gradient), ``law_energies`` (stored, and dissipated so far), ``law_update``
-    (internal variables at the end of the step, in the order in which they are stated, and behind
-    them what has been dissipated so far).
+    They are ``law_stress``; ``law_tangent``, the derivative of the stress, whose last two indices
+    are those of the deformation gradient; ``law_energies``, the energies stored, and dissipated so
+    far; and ``law_update``, the internal variables at the end of the step, in the order in which
+    they are stated, followed by the energy dissipated so far.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def material_source(law: Law, parameters: tuple[str, ...], local: tuple[str, ...
     parameters
         Names of its parameters, in the order in which the functions take them.
     local
-        Names of those that differ from point to point; each has all points' values, behind the
-        parameters.
+        Names of the parameters that vary from point to point. Each has values at all points, which
+        follow the other parameters.
 
     Raises
     ------
     UnknownOperation
-        If the law uses something that has no counterpart here.
+        If the law uses an operation that has no counterpart in C.
     """
     graph = Graph()
     terminals: dict[Expr, np.ndarray] = {}

@@ -1,4 +1,4 @@
-"""A law at material points of any deformation, by generated C."""
+"""Evaluation of a law at material points of any deformation, by generated C code."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DECLARATION = (
 
 
 class PointKernel:
-    """A law's functions at one point.
+    """The functions of a law at one point.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class PointKernel:
     Raises
     ------
     UnknownOperation
-        If the law uses something that has no counterpart in C.
+        If the law uses an operation that has no counterpart in C.
     """
 
     def __init__(self, law: Law, parameters: tuple[str, ...]) -> None:
@@ -56,10 +56,10 @@ class PointKernel:
         p
             Parameters.
         last
-            Internal variables before the step, in the order in which they are stated, and behind
-            them what has been dissipated; one unused number for an elastic law.
+            Internal variables before the step, in the order in which they are stated, followed by
+            the energy dissipated so far; one unused number for an elastic law.
         duration_s
-            Of the step.
+            Duration of the step.
         """
         found = np.empty(self._sizes[which])
         arrays = [np.ascontiguousarray(array, dtype=np.float64) for array in (F, p, last, found)]

@@ -1,9 +1,10 @@
-"""Formulas of numbers as a graph without duplicates, and their exact derivatives.
+"""Scalar formulas as a graph without duplicates, and their exact derivatives.
 
-Every operation is a node, named by its place in the graph; the nodes it is made of come before it.
+Every operation is a node, identified by its position in the graph, where its operands precede it.
 A node that exists already is not made again, so equal parts of formulas are computed once.
-Derivatives are more nodes: one sweep back gives those of one node by many (reverse mode), one sweep
-forward those of many nodes by one (Griewank and Walther 2008, chapter 3).
+Derivatives are further nodes: one backward sweep gives the derivatives of one node with respect to
+many (reverse mode), one forward sweep those of many nodes with respect to one (Griewank and Walther
+2008, chapter 3).
 """
 
 from __future__ import annotations
@@ -23,21 +24,22 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
         *("sinh", "cosh", "tanh", "erf"),
     )
 } | {"abs": abs, "sign": lambda x: math.copysign(1.0, x) if x else 0.0, "inverse": lambda x: 1 / x}
-"""Of one number; ``inverse`` is its reciprocal."""
+"""Functions of one number; ``inverse`` is its reciprocal."""
 
 LONGEST_PRODUCT = 8
-"""Integer powers up to here are products."""
+"""Largest integer power that is expanded into a product."""
 
 
 class Graph:
-    """A growing graph.
+    """A graph of scalar operations, which grows as formulas are added.
 
     Attributes
     ----------
     nodes
-        Operation and operands of each node. The operands of ``constant`` are its value, of
-        ``input`` its name, of ``label`` a node and a mark, by which derivatives can be taken
-        without seeing through it; those of all others are nodes.
+        Operation and operands of each node. The operand of ``constant`` is its value, that of
+        ``input`` its name. The operands of ``label`` are a node and a mark; derivatives can be
+        taken with respect to a label, whatever the node consists of. The operands of all other
+        operations are nodes.
     """
 
     def __init__(self) -> None:
@@ -51,24 +53,24 @@ class Graph:
         return self._known[node]
 
     def input(self, name: str) -> Node:
-        """Return a number that is given."""
+        """Return the node of an input."""
         return self._make("input", name)
 
     def constant(self, value: float) -> Node:
-        """Return a number that is known."""
+        """Return the node of a constant."""
         return self._make("constant", float(value))
 
     def label(self, a: Node, mark: object) -> Node:
-        """Return a number as one that derivatives may be taken by."""
+        """Return a label of a node, with respect to which derivatives may be taken."""
         return self._make("label", a, mark)
 
     def value(self, a: Node) -> float | None:
-        """Return the value of a constant, None of anything else."""
+        """Return the value of a constant; None for any other node."""
         operation, *operands = self.nodes[a]
         return operands[0] if operation == "constant" else None
 
     def operands(self, a: Node) -> tuple[Node, ...]:
-        """Return the nodes that a node is made of."""
+        """Return the nodes that are a node's operands."""
         operation, *operands = self.nodes[a]
         if operation in ("constant", "input"):
             return ()
@@ -107,7 +109,7 @@ class Graph:
         return self.multiply(a, self.function("inverse", b))
 
     def function(self, name: str, a: Node) -> Node:
-        """Return one of `FUNCTIONS`."""
+        """Return one of `FUNCTIONS` of a."""
         x = self.value(a)
         return self._make(name, a) if x is None else self.constant(FUNCTIONS[name](x))
 
@@ -129,7 +131,7 @@ class Graph:
         return result
 
     def condition(self, name: str, *operands: Node) -> Node:
-        """Return one of `CONDITIONS`."""
+        """Return one of `CONDITIONS` of the operands."""
         return self._make(name, *operands)
 
     def select(self, condition: Node, a: Node, b: Node) -> Node:
@@ -137,7 +139,7 @@ class Graph:
         return a if a == b else self._make("select", condition, a, b)
 
     def _partial(self, node: Node) -> list[tuple[Node, Node]]:
-        """Return by which of its operands a node has which derivatives."""
+        """Return pairs of an operand of a node and the derivative with respect to it."""
         operation, *operands = self.nodes[node]
         a = operands[0]
         if operation == "label":
@@ -160,7 +162,7 @@ class Graph:
         return []
 
     def _slope(self, name: str, a: Node, value: Node) -> Node:
-        """Return the derivative of a function by its argument a, where it has that value."""
+        """Return the derivative of a function at its argument a, given its value there."""
         one, square = self.constant(1.0), self.multiply(a, a)
         if name == "sqrt":
             return self.divide(self.constant(0.5), value)
@@ -196,7 +198,7 @@ class Graph:
         return slope if name == "asin" else self.negative(slope)
 
     def ancestors(self, ends: Iterable[Node]) -> list[Node]:
-        """Return some nodes and all that they are made of, in order."""
+        """Return some nodes and all nodes that they depend on, in order."""
         found: set[Node] = set()
         waiting = list(ends)
         while waiting:
@@ -207,7 +209,7 @@ class Graph:
         return sorted(found)
 
     def dependent(self, nodes: Iterable[Node], sources: Iterable[Node]) -> set[Node]:
-        """Return which of some nodes, given in order, are made of sources, or are sources."""
+        """Return the sources, and those of some nodes, given in order, that depend on them."""
         found = set(sources)
         for node in nodes:
             if any(operand in found for operand in self.operands(node)):
@@ -215,7 +217,7 @@ class Graph:
         return found
 
     def gradient(self, end: Node, sources: Sequence[Node]) -> list[Node]:
-        """Return the derivatives of one node by many, in reverse mode."""
+        """Return the derivatives of one node with respect to many, in reverse mode."""
         path = self.ancestors([end])
         moving = self.dependent(path, sources)
         rate = dict.fromkeys(sources, self.constant(0.0)) | {end: self.constant(1.0)}
@@ -229,7 +231,7 @@ class Graph:
         return [rate[source] for source in sources]
 
     def directional(self, ends: Sequence[Node], source: Node) -> list[Node]:
-        """Return the derivatives of many nodes by one, in forward mode."""
+        """Return the derivatives of many nodes with respect to one, in forward mode."""
         path = self.ancestors(ends)
         moving = self.dependent(path, [source])
         zero = self.constant(0.0)
@@ -249,7 +251,7 @@ class Graph:
         return [rate.get(end, zero) for end in ends]
 
     def unlabelled(self, ends: Sequence[Node]) -> list[Node]:
-        """Return the same numbers without any labels."""
+        """Return the same formulas without any labels."""
         new: dict[Node, Node] = {}
         for node in self.ancestors(ends):
             operation, *_ = self.nodes[node]

@@ -1,4 +1,4 @@
-"""From graphs of numbers to functions in C."""
+"""Generation of C functions from graphs of scalar operations."""
 
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ def function(
     Parameters
     ----------
     name, arguments
-        Of the function; one more argument, ``out``, takes the results, each at all points.
+        Name and arguments of the function. A further argument, ``out``, receives the results, each
+        at all points.
     graph
-        Where the formulas are.
+        Graph that contains the formulas.
     results
-        What to evaluate.
+        Nodes to evaluate.
     at_points, of_cell
-        In C, inputs that differ from point to point, `q` being the point's number, and those that
-        do not; by their names in the graph.
+        C expressions of the inputs by their names in the graph: those that vary from point to
+        point, `q` being the point's number, and those that do not.
     """
     nodes = graph.ancestors(results)
     varying = graph.dependent(nodes, [graph.input(name) for name in at_points])

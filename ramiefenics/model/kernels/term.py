@@ -1,4 +1,4 @@
-"""A part of the equations by a kernel."""
+"""A term of the equations that is evaluated by a kernel."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from ramiefenics.model.kernels.assembled import AssembledKernel
 from ramiefenics.model.matrix import Matrix
 
 CHUNK = 256
-"""Cells whose matrices are handed to PETSc at once."""
+"""Number of cells whose matrices are handed to PETSc at once."""
 
 
 class KernelTerm:
     """Forces and stiffness of all cells of a kernel.
 
-    On one rank the kernel adds to the matrix's entries, at places that are found once; on more,
-    PETSc finds the place of each entry.
+    On one rank, the kernel adds to the matrix's entries at positions that are found once; on
+    several ranks, PETSc finds the position of each entry.
 
     Parameters
     ----------
     kernel
-        What is added.
+        Kernel that computes forces and stiffness.
     """
 
     def __init__(self, kernel: AssembledKernel) -> None:
         self._kernel = kernel
-        self._offsets: NDArray[np.int32]  # in the last matrix that asked
+        self._offsets: NDArray[np.int32]  # positions in the last matrix
         self._matrix: Matrix | None = None
 
     def add_forces(self, forces: NDArray[np.float64]) -> None:  # noqa: D102

@@ -1,4 +1,4 @@
-"""Material laws, one module each: whatever `Law` a module of this folder defines is on offer."""
+"""Material laws, one module each: every `Law` defined in a module of this folder is available."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ LAWS: dict[str, Law] = {
     for value in vars(importlib.import_module(f"{__name__}.{module.name}")).values()
     if isinstance(value, Law)
 }
-"""By name."""
+"""All laws, by name."""
 
 
 def law_named(name: str) -> Law:
-    """Return a law by its name, or the one that a Python file defines.
+    """Return the law of a given name, or the one that a Python file defines.
 
     Raises
     ------
     SpecificationError
-        If there is none of that name, or the file does not define one.
+        If no law has that name, or the file does not define exactly one law of its own.
     """
     if name in LAWS:
         return LAWS[name]
@@ -38,7 +38,7 @@ def law_named(name: str) -> Law:
 
 
 def law_content(name: str) -> str:
-    """Return what a law's results depend on: its name, or a checksum of its file if it has one."""
+    """Return what identifies a law: its name, or the checksum of its file if it has one."""
     if name in LAWS or not Path(name).is_file():
         return name
     return hashlib.sha256(Path(name).read_bytes()).hexdigest()
@@ -46,9 +46,9 @@ def law_content(name: str) -> str:
 
 @functools.cache
 def _law_in(path: str, content: str) -> Law:
-    """Return the law of a file; read again where its content has changed."""
+    """Return the law that a file defines; the file is read again when its content changes."""
     found = load_objects(path, Law, "law")
-    own = [law for law in found if law not in LAWS.values()]  # others are imported
+    own = [law for law in found if law not in LAWS.values()]  # the file imports the others
     if len(own) != 1:
         names = ", ".join(law.name for law in own) or "none"
         raise SpecificationError("law", path, f"must define one law of its own, but has {names}")
@@ -56,12 +56,12 @@ def _law_in(path: str, content: str) -> Law:
 
 
 def check_law(test: BendingTest) -> None:
-    """Check that there is a test's law, and that it can take the constants of a stalk.
+    """Check that a test's law exists and that it accepts the test's stalk.
 
     Raises
     ------
     SpecificationError
-        If not; the field's dotted name is complete.
+        If not, with the full dotted name of the field at fault.
     """
     law = law_named(test.law)
     for layer in test.stalk.layers:

@@ -1,4 +1,4 @@
-"""What a material law is to the rest of the program."""
+"""Interface of a material law to the rest of the program."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ramiefenics.specification import Elastic, Material, SpecificationError
 from ramiefenics.specification.checks import checked_number
 
 Expr = Any
-"""A UFL expression; UFL's own types are not annotated."""
+"""A UFL expression; UFL itself has no type annotations."""
 
 State = Mapping[str, Expr]
 """Internal variables by name."""
@@ -20,18 +20,18 @@ State = Mapping[str, Expr]
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that a law needs of every layer beyond the elastic ones.
+    """A constant that a law needs for every layer, in addition to the elastic ones.
 
     Attributes
     ----------
     name
-        Its key in ``material.law_constants`` and among the energy's parameters.
+        Key in ``material.law_constants`` and among the energy's parameters.
     unit
-        ``1`` for a pure number.
+        Unit, ``1`` for a pure number.
     default
-        What it is where a layer does not give it; None if every layer has to.
+        Value for layers that do not state one; None if every layer must.
     above, at_least, below, at_most
-        Its bounds.
+        Bounds of the value.
     """
 
     name: str
@@ -43,12 +43,12 @@ class Constant:
     at_most: float | None = None
 
     def of(self, material: Material) -> float:
-        """Return its value in a material.
+        """Return the constant's value in a material.
 
         Raises
         ------
         SpecificationError
-            If there is none, or it is out of bounds.
+            If the value is missing or out of bounds.
         """
         value = material.law_constants.get(self.name, self.default)
         if value is None:
@@ -66,7 +66,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Memory:
-    """What a material point remembers, and how that changes.
+    """Internal variables of a material point, and how they evolve.
 
     Attributes
     ----------
@@ -74,16 +74,18 @@ class Memory:
         Internal variables at rest by name: a number, or nested tuples of numbers, in the
         variable's shape.
     update
-        From the deformation gradient, the parameters, the internal variables at the end of the
-        last step, and the duration of this step, s, to their values at its end. A duration of zero
-        is allowed.
+        Function that returns the internal variables at the end of a step. Its arguments are the
+        deformation gradient, the parameters, the internal variables at the end of the last step,
+        and the duration of this step, s, which may be zero.
     dissipation
-        From the deformation gradient, the parameters, the internal variables before and after a
-        step, and its duration to the energy dissipated in it per undeformed volume, N/mm2. By
-        default the thermodynamic forces at its end times the change of the variables (backward
-        Euler), which is exact where the forces are constant.
+        Function that returns the energy dissipated in a step per undeformed volume, N/mm2. Its
+        arguments are the deformation gradient, the parameters, the internal variables before and
+        after the step, and its duration. By default, the dissipation is the thermodynamic forces
+        at the end of the step times the change of the variables (backward Euler), which is exact
+        where the forces are constant.
     units
-        Of the internal variables that are no pure numbers, as their fields' names end.
+        Units of the internal variables that are not pure numbers, by name, as appended to the
+        names of their fields.
     """
 
     start: Mapping[str, Any]
@@ -94,35 +96,36 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """A stored energy, its parameters, and what it remembers; equal to itself only.
+    """A stored energy, its parameters and its internal variables; compared by identity.
 
-    The stress is the derivative of the stored energy by the deformation gradient at fixed internal
-    variables (Coleman and Gurtin 1967, Eq. 6.2); the tangent is the derivative of that stress with
-    all that follows from a change of the deformation, so that Newton's method converges
-    quadratically whatever the update is.
+    The stress is the derivative of the stored energy with respect to the deformation gradient at
+    fixed internal variables (Coleman and Gurtin 1967, Eq. 6.2). The tangent is the derivative of
+    that stress, including the change of the internal variables with the deformation, so that
+    Newton's method converges quadratically whatever the update is.
 
     Attributes
     ----------
     name
-        As in the specification.
+        Name, as in the specification.
     parameters
-        From a layer's material to the energy's parameters, each a number; the set of names is
-        the same for every material, so that they can be data to one compiled form. The law's own
-        constants are added to them.
+        Function that returns the energy's parameters, each a number, for a layer's material. The
+        names are the same for every material, so that the parameters can be data of one compiled
+        form. The law's own constants are added to them.
     energy
-        From the deformation gradient, UFL shape (3, 3), the parameters, and, if the law remembers,
-        the internal variables to the stored energy per undeformed volume, N/mm2. Its second
-        derivative by the deformation gradient at rest is `Elastic.stiffness`.
+        Function that returns the stored energy per undeformed volume, N/mm2, from the deformation
+        gradient, UFL shape (3, 3), the parameters and, unless the law is elastic, the internal
+        variables. Its second derivative with respect to the deformation gradient at rest is
+        `Elastic.stiffness`.
     least_stretch
         Stretch at which the stress of a compressed fibre or layer stops growing; 0 if it never
         does.
     homogeneous
-        Whether all stresses double where all moduli do, so that forces are known of stalks that
-        are stiffer as a whole.
+        Whether all stresses double when all moduli do, so that the forces on a uniformly stiffer
+        stalk follow by scaling.
     constants
-        The law's own.
+        The law's own constants, which are given for each layer.
     memory
-        None for an elastic law.
+        Internal variables and their evolution; None for an elastic law.
     """
 
     name: str
@@ -139,7 +142,7 @@ class Law:
         Raises
         ------
         SpecificationError
-            If the law cannot take the material's constants.
+            If the law does not accept the material's constants.
         """
         own = {constant.name: constant.of(material) for constant in self.constants}
         for name, value in material.law_constants.items():
@@ -150,7 +153,7 @@ class Law:
         return own | self.parameters(replace(material, law_constants=own))
 
     def state(self, F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> State:
-        """Return the internal variables at the end of a step; none of an elastic law."""
+        """Return the internal variables at the end of a step; empty for an elastic law."""
         return {} if self.memory is None else self.memory.update(F, p, last, duration)
 
     def stored(self, F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
@@ -163,7 +166,7 @@ class Law:
         Parameters
         ----------
         F
-            Deformation gradient there, a `ufl.variable`.
+            Deformation gradient at the end of the step, a `ufl.variable`.
         p, last, duration
             As for `Memory.update`.
         """
@@ -176,7 +179,7 @@ class Law:
     def dissipated(
         self, F: Expr, p: Mapping[str, Expr], last: State, state: State, duration: Expr
     ) -> Expr:
-        """Return the energy that a step to a state dissipates per undeformed volume, N/mm2."""
+        """Return the energy dissipated in a step to `state` per undeformed volume, N/mm2."""
         if self.memory is None:
             return ufl.as_ufl(0.0)
         if self.memory.dissipation is not None:
@@ -191,7 +194,7 @@ class Law:
 def stiffness_entries(elastic: Elastic) -> tuple[float, float, float, float]:
     """Return C11, C12, C13, C33 of a layer that is isotropic in its cross-section, MPa.
 
-    The shear moduli are in `elastic`; what G_XY exceeds (C11 - C12) / 2 by, a law adds.
+    The shear moduli are in `elastic`; each law accounts for a G_XY other than (C11 - C12) / 2.
     """
     stiffness = elastic.stiffness()
     return stiffness[0, 0], stiffness[0, 1], stiffness[0, 2], stiffness[2, 2]

@@ -1,19 +1,19 @@
-"""The default law for a tissue whose section is crushed for good.
+"""The default law for a tissue whose section is crushed permanently.
 
-The deformation is ``F = F_e F_p`` with a plastic part F_p within the section (Lee 1969), and the
-energy is the default law's, of F_e, per undeformed volume: the cell walls, with the fibres in them,
-are as many as before. Of the elastic part's Mandel stress ``F_e^T dW/dF_e`` the block within the
-section has two principal values. Where one is a pressure above
+The deformation gradient is ``F = F_e F_p`` with a plastic part F_p within the section (Lee 1969).
+The energy per undeformed volume is the default law's energy of F_e, because the amount of cell
+wall, with the fibres in it, does not change. The block of the elastic part's Mandel stress
+``F_e^T dW/dF_e`` within the section has two principal values. Where one of them is a pressure above
 
     Y = s_Y / (1 - a / a_D),    a = -ln det F_p,
 
 the tissue is crushed along that direction, and only along it: cells that collapse do not bulge
-(Gibson and Ashby 1997, section 5.3). As the lost area a comes near a_D, where the cells are closed,
-Y grows without limit. Tension opens nothing again. Of the strain beyond Y the tissue is crushed by
-the share ``crushed_share``; the rest raises Y for good. Along the crushed directions d_i the
-plastic part changes by ``exp(-sum g_i d_i (x) d_i)``; the amounts g_i follow in closed form from
-the trial stress, which by the stiffness at rest falls by ``C11 g_i + C12 g_j``. What that differs
-by from the law's own stiffness is left to the next step.
+(Gibson and Ashby 1997, section 5.3). As the area loss a approaches a_D, where the cells are closed,
+Y grows without limit. Tension does not reopen the cells. Of the strain beyond Y, the share
+``crushed_share`` crushes the tissue, and the rest raises Y permanently. Crushing along the
+directions d_i changes the plastic part by ``exp(-sum g_i d_i (x) d_i)``. The amounts g_i follow in
+closed form from the trial stress, which falls by ``C11 g_i + C12 g_j`` according to the stiffness
+at rest. The difference between that and the law's own stiffness is left to the next step.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ CONSTANTS = (
 )
 
 START: dict[str, Any] = {"unloading": ((1.0, 0.0), (0.0, 1.0)), "resistance": 0.0}
-"""What the section remembers at rest: the inverse of F_p, and what Y has gained over C11."""
+"""Internal variables of the section at rest: the inverse of F_p, and the gain of Y over C11."""
 
 ROUNDING = 1e-10
-"""Difference of the principal stresses over C11 at which directions begin to have a meaning."""
+"""Half difference of the principal stresses over C11 below which directions are smoothed out."""
 
 
 def parameters(material: Material) -> dict[str, float]:
-    """Return the default law's parameters, and those of crushing."""
+    """Return the default law's parameters, and those needed for crushing."""
     c11, c12, _, _ = stiffness_entries(material.elastic)
     return SATURATING_FIBRE.parameters(material) | {"C11": c11, "rho": c12 / c11}
 
 
 def elastic_part(F: Expr, unloading: Expr) -> Expr:
-    """Return F_e from the block of F_p^-1 within the section, UFL shape (2, 2)."""
+    """Return F_e, given the block of F_p^-1 within the section, which has UFL shape (2, 2)."""
     u = unloading
     return F * ufl.as_matrix(((u[0, 0], u[0, 1], 0), (u[1, 0], u[1, 1], 0), (0, 0, 1)))
 
@@ -63,14 +63,14 @@ def _update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> Stat
 def crushed(
     F: Expr, p: Mapping[str, Expr], last: State, stress_of_fibres: Callable[[Expr], Expr]
 ) -> dict[str, Expr]:
-    """Return what the section remembers at the end of a step.
+    """Return the internal variables of the section at the end of a step.
 
     Parameters
     ----------
     F, p, last
         As for `Memory.update`.
     stress_of_fibres
-        From F_e to the stress Psi', MPa.
+        Function that returns the fibres' stress Psi', MPa, from F_e.
     """
     u = last["unloading"]
     elastic = elastic_part(F, u)
@@ -91,8 +91,8 @@ def crushed(
 def _section_stress(F: Expr, of_fibres: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
     """Return mean, half difference and shear of the Mandel stress within the section, over C11.
 
-    The shear energies do not change when the section is stretched (but for that of a G_XY other
-    than Eq. 4's, which is left out here).
+    The shear energies do not contribute, as stretching the section does not change them. The
+    exception is the energy of a G_XY other than Eq. 4's, which is neglected here.
     """
     f1, f2 = F[:, 0], F[:, 1]
     c11, c22, c12 = ufl.dot(f1, f1), ufl.dot(f2, f2), ufl.dot(f1, f2)
@@ -106,15 +106,15 @@ def _section_stress(F: Expr, of_fibres: Expr, p: Mapping[str, Expr]) -> tuple[Ex
 
 
 def _amounts(high: Expr, low: Expr, left: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
-    """Return by how much both directions are crushed, and what Y gains otherwise, over C11.
+    """Return the crushing of both directions, and the gain of Y over C11 by hardening.
 
     Parameters
     ----------
     high, low
-        Higher and lower pressure over C11 if nothing were crushed in this step, less what Y has
-        gained before.
+        Higher and lower trial pressure over C11, as if nothing were crushed in this step, less the
+        earlier gain of Y.
     left
-        What was left before the step of the area to lose, a_D - a.
+        Area loss still possible before the step, a_D - a.
     p
         The law's parameters.
     """

@@ -1,17 +1,17 @@
-"""The default law with fibres that yield along their axis, and unload elastically.
+"""The default law with fibres that yield along their axis and unload elastically.
 
-The strain e of the default law's fibres is the sum of an elastic and a plastic part, e_p (Green and
-Naghdi 1965), and their energy, with what hardening stores,
+The strain e of the default law's fibres is the sum of an elastic part and a plastic part e_p (Green
+and Naghdi 1965). Their energy, including what hardening stores, is
 
     k/2 (e - e_p)^2 + K/2 e_p^2 + H/2 a^2,    a' = |e_p'|.
 
-Less the back stress K e_p, their stress stays between ``-(s_Y + H a)`` and ``k e_t + H a``. Under
-monotonic compression it is to be that of the default law but for how round the corner is:
-``s_Y = s_c k / (k - h)``, and K + H such that the tangent beyond is h. Which share of K + H is
-kinematic and the strain e_t of yield in tension are constants of this law. The return to the
-yield surface is in closed form (Simo and Hughes 1998, box 1.4), and minimises energy plus
-dissipation over the step (Ortiz and Stainier 1999). What is dissipated is |e_p'| times the first
-strength of the side that yields.
+Their stress less the back stress K e_p stays between ``-(s_Y + H a)`` and ``k e_t + H a``. In
+monotonic compression the stress is to equal the default law's except for the rounding of its
+corner. Therefore ``s_Y = s_c k / (k - h)``, and K + H is such that the tangent beyond yield is h.
+The kinematic share of K + H and the strain e_t of yield in tension are constants of this law. The
+return to the yield surface is in closed form (Simo and Hughes 1998, box 1.4) and minimises energy
+plus dissipation over the step (Ortiz and Stainier 1999). The dissipation is |e_p'| times the
+initial strength of the side that yields.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-"""The default law with freely shaped stresses of the fibres and of the crushed section.
+"""The default law with free-form stresses of the fibres and of the crushed section.
 
 To the default law's energy it adds
 
     k psi(e) + (2 mu + lambda) chi(a),    a = ln(J / |f_3|),
 
-with e the fibres' strain and k their tangent, and a the logarithm of the section's area over that
-at rest. psi'' and chi'', the tangents that are added, are piecewise linear: zero at rest, with
-given values at `STRAINS`, pulled and pressed apart, and at `LOSSES` of a crushed section, constant
-beyond. So energies are twice differentiable, linear in these values, and the stiffness at rest
-stays.
+where e is the fibres' strain, k their tangent, and a the logarithm of the section's area over that
+at rest. The added tangents psi'' and chi'' are piecewise linear. They are zero at rest, have given
+values at the fibre strains `STRAINS` (separately for tension and compression) and at the area
+losses `LOSSES` of a crushed section, and are constant beyond. The energies are therefore twice
+differentiable and linear in these values, and the stiffness at rest does not change.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from ramiefenics.model.laws.saturating_fibre import (
 )
 
 STRAINS = (0.015, 0.03, 0.06, 0.12)
-"""Of the fibres, pulled or pressed, where the tangent added over k is given."""
+"""Strains of the fibres, in tension or compression, at which the added tangent over k is given."""
 
 LOSSES = (0.05, 0.1, 0.2, 0.4)
-"""Of the section's area, as -a, where the tangent added over ``2 mu + lambda`` is given."""
+"""Area losses -a of the section at which the added tangent over ``2 mu + lambda`` is given."""
 
 PULLED, PRESSED, CRUSHED = (
     tuple(f"{name}_{number}" for number, _ in enumerate(knots, start=1))
     for name, knots in (("pulled", STRAINS), ("pressed", STRAINS), ("crushed", LOSSES))
 )
-"""Names of the constants with these values."""
+"""Names of the constants that give the added tangents at these points."""
 
 
 def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:

@@ -1,24 +1,25 @@
-"""The default law with all that a stalk does not recover from, each part switched by a constant.
+"""The default law with damage, yielding and crushing, each activated by a constant.
 
-The section is crushed as in the law `crushing`. The strain e of the fibres, at the elastic part of
-the deformation, is the sum of an elastic and a plastic part, x and e_p (Green and Naghdi 1965), and
-with the default law's Psi they store
+The section is crushed as in the law `crushing`. The strain e of the fibres, computed from the
+elastic part of the deformation, is the sum of an elastic part x and a plastic part e_p (Green and
+Naghdi 1965). With the default law's Psi, the fibres store
 
-    Psi(x) / (1 + c m)^2 + h/2 (e^2 - x^2) if e_p < 0,    m the largest Psi(x) so far.
+    Psi(x) / (1 + c m)^2 + [h/2 (e^2 - x^2) if e_p < 0],    m the largest Psi(x) so far.
 
-Damage: under monotonic loading, m = Psi, the stress is that of the default law's limiter (Volokh
-2007); unloading follows the secant (Simo and Ju 1987).
+Damage: under monotonic loading, where m = Psi, the stress is that of the default law's energy
+limiter (Volokh 2007); unloading follows the secant (Simo and Ju 1987).
 
-Yield: the fibres, pulled or pressed, yield where x leaves the elastic range, ``|x| < e_Y + w``. It
-is a range of strain (Naghdi and Trapp 1975), as the stress of pressed fibres reaches its plateau
-long before. Of the strain beyond it the share s stays, and the rest widens the range:
+Yield: in tension and in compression, the fibres yield where x leaves the elastic range,
+``|x| < e_Y + w``. This is a range of strain (Naghdi and Trapp 1975), because the stress of
+compressed fibres reaches its plateau long before they yield. Of the strain beyond the range, the
+share s is permanent, and the rest widens the range:
 
     |e_p'| = s |e'|,    w' = (1 - s) |e'|.
 
-So pulled fibres have the tangent ``(1 - s) k``. Pressed ones that have yielded bear on each other
-as before, by h times the whole strain, which is the second term of the energy: with a smaller
-tangent sheared ones would kink. The driving force on e_p is ``Psi'(x) - h x``, or ``Psi'(x)``
-where e_p is positive, and has the sign of e_p'.
+Yielding fibres thus have the tangent ``(1 - s) k`` in tension. In compression, fibres that have
+yielded keep the resistance h times the whole strain, which is the second term of the energy; with a
+smaller tangent, sheared fibres would kink. The driving force on e_p is ``Psi'(x) - h x``, or
+``Psi'(x)`` where e_p is positive, and has the sign of e_p'.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def _energy(F: Expr, p: Mapping[str, Expr], state: State) -> Expr:
 
 
 def _intact(state: State, p: Mapping[str, Expr]) -> Expr:
-    """Return the share of the fibres' stress that damage leaves."""
+    """Return the share of the fibres' stress that remains after damage."""
     return (1 + p["c"] * state["largest_energy"]) ** -2
 
 
@@ -80,7 +81,7 @@ def _update(F: Expr, p: Mapping[str, Expr], last: State, duration: Expr) -> Stat
 
 
 def _fibres(e: Expr, p: Mapping[str, Expr], last: State) -> dict[str, Expr]:
-    """Return what the fibres remember at the end of a step to the strain e."""
+    """Return the internal variables of the fibres at the end of a step to the strain e."""
     trial = e - last["plastic_strain"]
     over = abs(trial) - p["yield_strain"] - last["widening"]
     over = ufl.conditional(ufl.gt(over, 0), over, 0.0)
@@ -95,10 +96,10 @@ def _fibres(e: Expr, p: Mapping[str, Expr], last: State) -> dict[str, Expr]:
 
 
 def _dissipation(F: Expr, p: Mapping[str, Expr], last: State, state: State, duration: Expr) -> Expr:
-    """Return what failing, yielding and crushing take.
+    """Return the energy dissipated by damage, yielding and crushing.
 
-    The first is exact where no step passes a maximum, the second where the stress is linear in the
-    strain, the third is by the backward Euler method.
+    The first part is exact unless Psi has a maximum within a step, the second where the stress is
+    linear in the strain. The third is computed by the backward Euler method.
     """
     failing = _failed(state["largest_energy"], p) - _failed(last["largest_energy"], p)
     flow = state["plastic_strain"] - last["plastic_strain"]

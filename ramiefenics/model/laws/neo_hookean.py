@@ -1,8 +1,8 @@
 """Neo-Hookean cross-section with linear fibres.
 
 The isotropic in-plane part, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``, keeps crushed layers
-stiff (Bonet and Wood 2008, Eq. 6.28); what the fibres add stays quadratic in the Green-Lagrange
-strain, so the layer kinks at an axial compression of about G_XZ / E_Z.
+stiff (Bonet and Wood 2008, Eq. 6.28). The contribution of the fibres is quadratic in the
+Green-Lagrange strain, so the layer kinks at an axial compression of about G_XZ / E_Z.
 """
 
 from __future__ import annotations

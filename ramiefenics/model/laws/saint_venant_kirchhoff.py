@@ -1,7 +1,7 @@
-"""St. Venant-Kirchhoff: linear between Green-Lagrange strain and second Piola-Kirchhoff stress.
+"""St. Venant-Kirchhoff: second Piola-Kirchhoff stress linear in the Green-Lagrange strain.
 
-What LS-DYNA's MAT_002 computes, hence the published model. It softens without bound in
-compression: a layer collapses through its thickness at stretch 1/sqrt(3).
+This is what LS-DYNA's MAT_002 computes, and hence the published model. It softens without bound in
+compression: a layer collapses through its thickness at a stretch of 1/sqrt(3).
 """
 
 from __future__ import annotations

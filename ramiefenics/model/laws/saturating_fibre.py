@@ -1,28 +1,31 @@
-"""The default law: stable under crushing of the section and under compression of the fibres.
+"""The default law, stable under crushing of the section and under compression of the fibres.
 
 With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
 
 - neo-Hookean cross-section, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``;
-- densification, ``d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4)``, which leaves small
-  strains alone;
-- fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``: the second term carries the Poisson coupling.
-  Linear in tension; in compression the stress saturates,
-  ``Psi' = h e - s_c tanh((k_c - h) |e| / s_c)``, with the tangent k_c at first, which is that of
-  tension, k, unless the fibres are bimodular. Damage limits the energy (Volokh 2007):
+- densification, ``d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4)``, which does not
+  affect small strains;
+- fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``, whose second term is the Poisson coupling.
+  The stress is linear in tension, with the tangent k, and saturates in compression,
+  ``Psi' = h e - s_c tanh((k_c - h) |e| / s_c)``, with the initial tangent k_c, which equals k
+  unless the fibres are bimodular. Damage limits the energy (Volokh 2007):
   ``Psi / (1 + c Psi)``, so that the stress falls by the factor ``(1 + c Psi)^-2``;
 - axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
-  quadratic in C_13 it does not weaken when the layer is crushed. The shear stress saturates:
-  ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
-- in-plane shear beyond an isotropic plane's, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, zero by default.
+  term quadratic in C_13, this does not weaken when the layer is crushed. The shear stress
+  saturates: ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
+- in-plane shear, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, the excess over an isotropic plane's, which is
+  zero by default.
 
-Why shear has to saturate: under a shear stress tau, rank-one disturbances that do not lean the
-fibres release energy at the rate tau and are held by mu and lambda alone, some forty times below
-G_XZ. A law that is linear in q loses ellipticity in the crushed phloem at a few millimetres.
+Shear has to saturate because, under a shear stress tau, rank-one disturbances that do not lean the
+fibres release energy at the rate tau and are resisted by mu and lambda alone, which are some forty
+times smaller than G_XZ. A law that is linear in q loses ellipticity in the crushed phloem after a
+few millimetres of travel.
 
-Why densification has two parts: crushing lowers J, but the free surface of a bent wall, compressed
-in one direction, expands in the other, and would crease, at any length, at half its length (Biot
-1963). The square of the neo-Hookean energy, which is polyconvex, stiffens that too.
+Densification has two parts because crushing lowers J, whereas the free surface of a bent wall,
+compressed in one direction, expands in the other. It would crease at any wavelength when compressed
+to half its length (Biot 1963). The square of the neo-Hookean energy, which is polyconvex, stiffens
+this deformation too.
 """
 
 from __future__ import annotations
@@ -35,7 +38,7 @@ from ramiefenics.model.laws.base import Expr, Law, stiffness_entries
 from ramiefenics.specification import Material, SpecificationError
 
 NO_FIBRES = 1e-9
-"""Axial stiffness, over C33, below which a layer has no fibres, as an isotropic foam."""
+"""Axial stiffness over C33 below which a layer has no fibres, like an isotropic foam."""
 
 DAMAGE_STRAIN = 0.05
 """Tensile strain to which `LargeStrain.fibre_damage` refers."""
@@ -86,7 +89,7 @@ def _energy(F: Expr, p: Mapping[str, Expr]) -> Expr:
 def energy_with_fibres(
     F: Expr, p: Mapping[str, Expr], of_fibres: Callable[[Expr, Mapping[str, Expr]], Expr]
 ) -> Expr:
-    """Return the energy above with another one of the fibres, from their strain e and `p`."""
+    """Return the energy above with another energy of the fibres, a function of e and `p`."""
     f1, f2, f3 = (F[:, i] for i in range(3))
     area = ufl.cross(f1, f2)
     J = ufl.dot(area, f3)
@@ -120,13 +123,13 @@ def _saturated(q: Expr, p: Mapping[str, Expr]) -> Expr:
 
 
 def fibre_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the energy of fibres with the strain e, N/mm2."""
+    """Return the energy of fibres at the strain e, damage included, N/mm2."""
     elastic = undamaged_energy(e, p)
     return elastic / (1 + p["c"] * elastic)
 
 
 def undamaged_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the energy Psi of whole fibres with the strain e, N/mm2."""
+    """Return the energy Psi of undamaged fibres at the strain e, N/mm2."""
     drop = p["k_c"] - p["h"]
     x = drop * abs(e) / p["s_c"]
     log_cosh = x + ufl.ln((1 + ufl.exp(-2 * x)) / 2)  # does not overflow, unlike cosh
@@ -135,7 +138,7 @@ def undamaged_energy(e: Expr, p: Mapping[str, Expr]) -> Expr:
 
 
 def fibre_stress(e: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the stress of fibres with the strain e, MPa."""
+    """Return the stress of fibres at the strain e, damage included, MPa."""
     e = ufl.variable(e)
     return ufl.diff(fibre_energy(e, p), e)
 

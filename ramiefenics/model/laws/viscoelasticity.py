@@ -1,21 +1,22 @@
-"""Linear viscoelasticity by a Prony series, on any elastic law, beside what may be inelastic.
+"""Linear viscoelasticity by a Prony series on any elastic law, in parallel with another law.
 
 With the elastic energy W, of the right Cauchy-Green tensor C, shares g_i and relaxation times
 tau_i, the free energy is
 
     (1 - sum g_i) W(C) + sum g_i (W(C) - W(A_i) - dW(A_i) : (C - A_i)),    A_i' = (C - A_i) / tau_i.
 
-It is that of Simo (1987), ``W(C) - Q : C + X(Q)``, with the stress-like variables Q_i = g_i dW(A_i)
-that have the equilibrium values g_i dW(C) and the conjugate X that makes it vanish at rest. W is
-the law of fast loading; after long rest (1 - sum g_i) W is left. Where the stress is linear in C,
-hence at small strain, each branch relaxes by ``g_i exp(-t / tau_i)``. A_i is integrated exactly
-along a C that is linear in time over a step (Simo and Hughes 1998, Eq. 10.3.12), and so is the
-dissipation, ``g_i / tau_i (C - A_i) : ddW(A_i) : (C - A_i)``, but for ddW, which is taken at the
-step's end; it is positive wherever W is convex in C.
+This is Simo's (1987) free energy, ``W(C) - Q : C + X(Q)``, with the stress-like variables
+Q_i = g_i dW(A_i), whose equilibrium values are g_i dW(C), and the conjugate X that makes it vanish
+at rest. W is the energy in fast loading; (1 - sum g_i) W is left after a long time at rest. Where
+the stress is linear in C, hence at small strain, each branch relaxes as ``g_i exp(-t / tau_i)``.
+A_i is integrated exactly for a C that is linear in time over a step (Simo and Hughes 1998,
+Eq. 10.3.12). So is the dissipation, ``g_i / tau_i (C - A_i) : ddW(A_i) : (C - A_i)``, except that
+ddW is taken at the end of the step; it is positive wherever W is convex in C.
 
-Another law, which may remember, can take the place of the lasting part, ``(1 - sum g_i) W(C)``.
-Both bear in parallel, share F and nothing else, as in the parallel rheological framework (Bergstrom
-and Boyce 1998; Hurtado, Lapczyk and Govindarajan 2013), so that each dissipates on its own.
+Another law, which may have internal variables, can replace W in the part that does not relax,
+``(1 - sum g_i) W(C)``. That part and the branches act in parallel and share nothing but F, as in
+the parallel rheological framework (Bergstrom and Boyce 1998; Hurtado, Lapczyk and Govindarajan
+2013), so that each dissipates independently.
 """
 
 from __future__ import annotations
@@ -39,14 +40,14 @@ def prony(name: str, elastic: Law, branches: int, lasting: Law | None = None) ->
     Parameters
     ----------
     name
-        Of the law.
+        Name of the law.
     elastic
-        Its behaviour in fast loading.
+        Law of fast loading.
     branches
         Number of terms of the Prony series.
     lasting
-        What bears the load that does not relax, of the same elastic constants and with all of the
-        elastic law's parameters; by default that law.
+        Law of the part that does not relax, with the same elastic constants and with all of the
+        elastic law's parameters; by default the elastic law itself.
     """
     lasting = elastic if lasting is None else lasting
     series = _PronySeries(elastic, lasting, range(1, branches + 1))
@@ -67,7 +68,7 @@ def prony(name: str, elastic: Law, branches: int, lasting: Law | None = None) ->
 
 @dataclass(frozen=True)
 class _PronySeries:
-    """What a viscoelastic law consists of: that of its branches, the lasting one, their numbers."""
+    """Law of the branches, law of the part that does not relax, and numbers of the branches."""
 
     elastic: Law
     lasting: Law
@@ -144,12 +145,15 @@ def _stretch_of(C: Expr) -> Expr:
 
 
 def _mean_decay(x: Expr) -> Expr:
-    """Return the mean of exp(-t) for t from 0 to x; by its series where the quotient cancels."""
+    """Return the mean of exp(-t) for t from 0 to x.
+
+    At small x, where the quotient would suffer from cancellation, it is computed by a series.
+    """
     return ufl.conditional(ufl.gt(x, 1e-4), (1 - ufl.exp(-x)) / x, 1 - x / 2 + x**2 / 6)
 
 
 def _mean_square_growth(x: Expr) -> Expr:
-    """Return the integral of ((1 - exp(-t)) / x)^2 for t from 0 to x; likewise."""
+    """Return the integral of ((1 - exp(-t)) / x)^2 for t from 0 to x, likewise."""
     decay = ufl.exp(-x)
     exact = (x - 2 * (1 - decay) + (1 - decay**2) / 2) / x**2
     return ufl.conditional(ufl.gt(x, 1e-2), exact, x / 3 - x**2 / 4 + 7 * x**3 / 60)
