@@ -123,7 +123,7 @@ def picture(found: dict[str, dict[str, Any]]) -> Figure:
         for axes, one in zip(grid, found.values(), strict=False):
             at, mean, half = (np.array(one[key]) for key in ("at", "learned", "half"))
             axes.fill_between(at, mean - half, mean + half, color=VERMILION, alpha=0.25, lw=0)
-            axes.plot(at, mean, color=VERMILION, label="learned, 95 %")
+            axes.plot(at, mean, color=VERMILION, label="learned, with 95 % band")
             axes.plot(at, one["truth"], "--", color=BLUE, label="hidden")
             axes.plot(at, one["baseline"], color=GREY, lw=0.8, label="baseline")
             axes.set_title(one["hidden"].replace("_", " "), fontsize=8)

@@ -56,7 +56,7 @@ def test_a_machine_that_beds_in_is_learned_and_named(tmp_path: Path) -> None:
     assert np.mean((low <= truth) & (truth <= high)) > 0.9
     assert anatomy.shape_gain.shown
     assert anatomy.misfit_p_value > 0.001
-    check_print(found, "a deflection of machine, load cell or fixture over the force")
+    check_print(found, "a force-dependent deflection of machine, load cell or fixture")
     rf.write_folder(found, tmp_path / "found")
     verdict, _ = check_folder(tmp_path / "found", "verdict.json")
     assert verdict["anatomy"]["place"] == "machine"

@@ -195,7 +195,7 @@ def test_a_specimen_that_slipped_is_named_and_does_not_decide(tmp_path: Path) ->
     found = discover_among(tmp_path, GAP, COMPLIANCE, GRADIENT)
     assert found.causes == (GAP.name,)
     assert found.broken == ("S01",)
-    check_print(found, "Taken for broken", "S01")
+    check_print(found, "appear to have broken", "S01")
 
 
 @pytest.mark.slow

@@ -53,8 +53,8 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
     ("curves", "shapes", "said"),
     [
         (BETTER, NONE, None),
-        (NONE, NONE, "a better prediction of specimens left out is not shown"),
-        (NONE, BETTER, "not shown; only that of their shapes is"),
+        (NONE, NONE, "the prediction of left-out specimens is not shown to improve"),
+        (NONE, BETTER, "not shown to improve; only that of their shapes is"),
     ],
 )
 def test_the_first_sentence_says_where_no_gain_is_measured(verdict, curves, shapes, said):
@@ -65,19 +65,19 @@ def test_the_first_sentence_says_where_no_gain_is_measured(verdict, curves, shap
 
 def test_what_could_not_be_tried_is_told():
     reasons = {
-        "taper": "rests on b: without it the gain is 0.3",
+        "taper": "rests on b alone: without it the log-evidence gain is 0.3",
         "node": INDIFFERENT,
         "span_error": "the stalk does not reach the end",
     }
     told = [line for line in findings(found("cause", reasons=reasons)) if "not be tried" in line]
-    assert told == ["Could not be tried, for the reasons in the table: span error."]
+    assert told == ["Suspects that could not be tried, for the reasons in the table: span error."]
 
 
 def test_what_one_specimen_speaks_for_is_told_where_nothing_else_is():
-    reasons = {"taper": "rests on b: without it the gain is 0.3"}
+    reasons = {"taper": "rests on b alone: without it the log-evidence gain is 0.3"}
     first = findings(found("none", {"xylem.axial": 0.5}, reasons=reasons))[0]
-    assert "by any suspect that more than one specimen speaks for; taper (p = 0.0005)" in first
-    assert "by any suspect (p = 0.0005)" in findings(found("none", {"xylem.axial": 0.5}))[0]
+    assert "of any suspect supported by more than one specimen; taper (p = 0.0005)" in first
+    assert "of any suspect (p = 0.0005)" in findings(found("none", {"xylem.axial": 0.5}))[0]
 
 
 def test_every_cause_is_named_with_its_size():
@@ -88,18 +88,20 @@ def test_every_cause_is_named_with_its_size():
 
 def test_a_group_is_told_with_how_probable_its_members_are():
     first = findings(found("ambiguous"))[0]
-    assert "do not tell apart: taper (60%), pith core (39%)" in first
+    assert "cannot tell which of these effects it is: taper (60%), pith core (39%)" in first
     both = findings(found("ambiguous", groups=(("seating_gap",), ("taper", "pith_core"))))[0]
     assert "The cause is seating gap" in both
-    assert "Something also is missing" in both
+    assert "Something is also missing" in both
 
 
 def test_effects_that_come_together_are_told_as_sets():
     sets = {("seating_gap", "machine_compliance"): 0.86, ("taper",): 0.14}
     first = findings(found("ambiguous", sets=sets))[0]
-    assert "Together: seating gap and machine compliance (86%); or taper (14%)." in first
+    assert (
+        "Probable combinations: seating gap and machine compliance (86%); or taper (14%)." in first
+    )
     alone = {("taper",): 0.6, ("pith_core",): 0.4}
-    assert "Together" not in findings(found("ambiguous", sets=alone))[0]
+    assert "combinations" not in findings(found("ambiguous", sets=alone))[0]
 
 
 def test_nothing_found_is_no_claim_that_nothing_is_missing():
@@ -134,14 +136,14 @@ def test_what_is_open_comes_with_the_next_experiment():
 
 def test_a_conflict_blames_nothing_in_particular():
     first = findings(found("conflict", {"xylem.axial": 0.5, "phloem.axial": -2.5}))[0]
-    assert "contradict what was stated" in first
+    assert "contradict their stated values" in first
     assert "p = 0.0002" in first
     assert "phloem.axial times 0.779 (-2.5 sd)" in first
 
 
 def test_what_only_fitted_suspects_tell_says_so():
     first = findings(found("cause", p_value=0.02))[0]
-    assert "p = 0.02, but probability of no effect 0.0001" in first
+    assert "p = 0.02, yet the probability of no effect is only 0.0001" in first
 
 
 def test_broken_specimens_are_named_in_the_lead():
@@ -153,7 +155,7 @@ def test_the_unknown_says_what_came_nearest():
     assert "no set of the suspects explains it well enough to be named" in first
     assert "the fit of the factors" in first  # nothing was suspected
     near = found("unknown", amplitudes={"taper": 0.01, "pith_core": 1.0})
-    assert "the most probable of them (taper and pith core)" in findings(near)[0]
+    assert "the most probable set (taper and pith core)" in findings(near)[0]
 
 
 @pytest.mark.parametrize(

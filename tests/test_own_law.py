@@ -69,8 +69,8 @@ def test_its_stress_flows(own: BendingTest, file: Path) -> None:
         (["law=nowhere.py"], r"law = 'nowhere\.py' must be a Python file"),
         ([LAYER.format("xylem").replace("0.02", "-1")], r"xylem\.material\.law_constants\.flow_"),
         ([LAYER.format("xylem").replace("0.02", "soft")], "must be a finite number"),
-        ([LAYER.format("xylem").replace("flow", "yield")], "is no constant of the law mine"),
-        (["law=svk"], r"law_constants\.flow_strain = 0\.02 is no constant of the law svk"),
+        ([LAYER.format("xylem").replace("flow", "yield")], "is not a constant of the law mine"),
+        (["law=svk"], r"law_constants\.flow_strain = 0\.02 is not a constant of the law svk"),
     ],
 )
 def test_what_it_cannot_take_is_told(own: BendingTest, changes: list[str], message: str) -> None:

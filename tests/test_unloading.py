@@ -148,7 +148,7 @@ def test_all_effects_are_suspected_where_there_is_unloading(folder: Path, tmp_pa
 
 def test_holding_alone_is_no_other_test() -> None:
     held = [["protocol.then=[{hold_s=10}]"]]
-    with pytest.raises(rf.SpecificationError, match=r"must have unloading"):
+    with pytest.raises(rf.SpecificationError, match=r"must include unloading"):
         rf.plan("table3", held, effects={COMPLIANCE.name: COMPLIANCE}, runs=Formula())
 
 

@@ -66,7 +66,7 @@ def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> 
         at, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label="± 2 standard errors"
     )
     axes.plot(at, mean, color=BLUE, lw=2, label="mean of curves")
-    label = "put down to the simulator"
+    label = "attributed to mesh and simulator"
     axes.plot(at, simulator.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
     axes.axhline(0.0, color="k", lw=0.8)
     axes.set_xlabel("Displacement (mm)")
@@ -86,9 +86,9 @@ def suspects_figure(found: Discovery) -> Figure:
         left.barh(labels, [probable[n] for n in names], color=colours)
         left.axvline(SURE, color="k", lw=1.0, ls="--")
         left.set_xlim(0.0, 1.0)
-        left.set_xlabel("Probability that it is there")
+        left.set_xlabel("Probability that it is present")
         right.barh(labels, [100.0 * found.limits[n].share for n in names], color=colours)
-        right.set_xlabel("Largest not excluded (% of peak)")
+        right.set_xlabel("Largest effect not excluded (% of peak)")
         for axes in (left, right):
             axes.grid(axis="y", visible=False)
     return figure
@@ -101,7 +101,7 @@ def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:
         figure = Figure(figsize=(5.6, 4.0), layout="constrained")
         axes = figure.subplots()
         axes.fill_between(place.at, low, high, color=VERMILION, alpha=0.25, lw=0)
-        axes.plot(place.at, mean, color=VERMILION, lw=2, label="learned, 95 %")
+        axes.plot(place.at, mean, color=VERMILION, lw=2, label="learned, with 95 % band")
         axes.plot(place.at, anatomy.baseline, color=BLUE, lw=1.5, ls="--", label="baseline")
         limits = axes.get_ylim()
         colours = itertools.cycle([GREEN, SKY, ORANGE, PURPLE, GREY])

@@ -44,20 +44,21 @@ def _verdict(found: Discovery) -> str:
     if found.verdict == "none":
         names = ", ".join(found.factor_moves)
         return (
-            f"With {names} fitted, what is left is not told from noise as a whole "
-            f"(p = {found.misfit_p_value:.2g}) nor by any suspect {_alone(found, p)}."
+            f"With {names} fitted, the residual as a whole cannot be told from noise "
+            f"(p = {found.misfit_p_value:.2g}), nor can the contribution of any suspect "
+            f"{_alone(found, p)}."
         )
     if found.verdict == "conflict":
         return (
-            "The fitted factors contradict what was stated of them "
-            f"(p = {found.conflict_p_value:.2g}), and no suspect explains it ({p}): "
-            f"{_values(found, found.factor_moves)}. The statement may be wrong, or something "
-            "imitates them."
+            "The fitted factors contradict their stated values "
+            f"(p = {found.conflict_p_value:.2g}), and no suspect explains this ({p}): "
+            f"{_values(found, found.factor_moves)}. The stated values may be wrong, or something "
+            "imitates a change of the factors."
         )
     if found.verdict == "unknown":
         return (
             "Something is missing, and no set of the suspects explains it well enough to be named "
-            f"(the gain of the best has {p}, what {_left(found)} leaves "
+            f"(gain of the best set: {p}; residual of {_left(found)}: "
             f"p = {found.misfit_p_value:.2g})."
             f"{_anatomy(found)}"
         )
@@ -68,8 +69,8 @@ def _verdict(found: Discovery) -> str:
     if found.condition_gain is None:
         return named
     return (
-        f"{named} Curves under a condition left out are predicted from those of the same specimens "
-        f"under the others with an error of {_errors(found.condition_gain)}."
+        f"{named} Curves under a left-out condition are predicted from those of the same specimens "
+        f"under the other conditions with an error of {_errors(found.condition_gain)}."
     )
 
 
@@ -78,8 +79,8 @@ def _p_value(found: Discovery) -> str:
     p = f"p = {found.p_value:.2g}"
     if found.extended is None or found.p_value < SIGNIFICANCE:
         return p
-    none = f"probability of no effect {found.fitted_none:.1g} among the sets that were fitted"
-    return f"{p}, but {none}"
+    none = f"the probability of no effect is only {found.fitted_none:.1g}"
+    return f"{p}, yet {none} among the sets that were fitted"
 
 
 def _anatomy(found: Discovery) -> str:
@@ -91,9 +92,9 @@ def _anatomy(found: Discovery) -> str:
         return f" A free function inside the model does not explain it either (tried: {tried})."
     rest = ""
     if anatomy.misfit_p_value < SIGNIFICANCE:
-        rest = f" What it leaves is more than noise (p = {anatomy.misfit_p_value:.2g})."
+        rest = f" Its residual is more than noise (p = {anatomy.misfit_p_value:.2g})."
     return (
-        f" Of free functions inside the model, {anatomy.place.sentence} explains most of it "
+        f" Of the free functions inside the model, {anatomy.place.sentence} explains it best "
         f"({tried}); {_predictions(anatomy.gain, anatomy.shape_gain)}{rest}"
     )
 
@@ -102,13 +103,13 @@ def _alone(found: Discovery, p: str) -> str:
     alone = [name for name, reason in found.reasons.items() if reason.startswith("rests on")]
     if not alone:
         return f"({p})"
-    names = ", ".join(name.replace("_", " ") for name in alone)
-    return f"that more than one specimen speaks for; {names} ({p}) would explain a single one"
+    rest = "rests on a single one" if len(alone) == 1 else "each rest on a single one"
+    return f"supported by more than one specimen; {_listed(alone)} ({p}) {rest}"
 
 
 def _left(found: Discovery) -> str:
     names = list(found.amplitudes)
-    return f"the most probable of them ({_listed(names)})" if names else "the fit of the factors"
+    return f"the most probable set ({_listed(names)})" if names else "the fit of the factors"
 
 
 def _named(found: Discovery, p: str) -> str:
@@ -127,7 +128,8 @@ def _named(found: Discovery, p: str) -> str:
         also = " also" if sizes else ""
         tail = "" if sizes else f", {p}{but}"
         told.append(
-            f"Something{also} is missing that these data do not tell apart: {probable}{tail}."
+            f"Something is{also} missing, and these data cannot tell which of these effects it "
+            f"is: {probable}{tail}."
         )
     return " ".join([*told, *_sets(found)] if open_groups else told)
 
@@ -138,15 +140,16 @@ def _sets(found: Discovery) -> list[str]:
     if max(map(len, sets), default=0) < 2:
         return []
     each = [f"{_listed(names) if names else 'nothing'} ({p:.0%})" for names, p in sets.items()]
-    return [f"Together: {'; or '.join(each[:MOST])}."]
+    return [f"Probable combinations: {'; or '.join(each[:MOST])}."]
 
 
 def _predictions(gain: Gain, shapes: Gain) -> str:
     return (
-        f"curves of specimens left out are predicted with an error of {_errors(gain)}; "
-        f"the shape of these curves, with the specimen's own stiffness fitted, with an error of "
-        f"{_errors(shapes)}. The mean curve of the others misses them by "
-        f"{gain.rmse_plain_N:.2f} N, their shape by {shapes.rmse_plain_N:.2f} N."
+        f"curves of left-out specimens are predicted with an error of {_errors(gain)}; "
+        "the shape of these curves, with each specimen's own stiffness fitted, is predicted with "
+        f"an error of {_errors(shapes)}. The mean curve of the other specimens predicts these "
+        f"curves with an error of {gain.rmse_plain_N:.2f} N, and their shape with an error of "
+        f"{shapes.rmse_plain_N:.2f} N."
     )
 
 
@@ -156,9 +159,9 @@ def _size(found: Discovery, name: str) -> str:
     low, high = found.interval(name)
     value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
     times = found.amplitudes[name] / found.effects[name].typical
-    far = f", {times:.2g} times what is typical: it may stand for something else" * (
-        times > UNUSUAL
-    )
+    far = ""
+    if times > UNUSUAL:
+        far = f", {times:.2g} times the typical amplitude, so it may stand in for another effect"
     return f"{_words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far})"
 
 
@@ -181,7 +184,7 @@ def _unshown(curves: Gain, shapes: Gain) -> str:
     if curves.shown:
         return ""
     only = "; only that of their shapes is" if shapes.shown else ""
-    return f", but a better prediction of specimens left out is not shown{only}"
+    return f", but the prediction of left-out specimens is not shown to improve{only}"
 
 
 def _next(found: Discovery) -> list[str]:
@@ -189,10 +192,13 @@ def _next(found: Discovery) -> list[str]:
     if not found.next_experiment:
         return []
     if found.next_experiment == "alone":
-        return ["No second test of those tried would tell these apart; see ramiefenics plan."]
+        return [
+            "No second test of those tried would tell the possible effects apart; see ramiefenics "
+            "plan."
+        ]
     return [
-        f"What would tell most: a second test of each specimen with {found.next_experiment}, see "
-        "ramiefenics plan."
+        "The most informative next step is a second test of each specimen with "
+        f"{found.next_experiment}; see ramiefenics plan."
     ]
 
 
@@ -200,7 +206,7 @@ def _broken(found: Discovery) -> list[str]:
     if not found.broken:
         return []
     return [
-        f"Taken for broken, slipped or mis-measured, and without a say in this: "
+        "Specimens that appear to have broken, slipped or been mis-measured are excluded: "
         f"{_listed(found.broken)}."
     ]
 
@@ -212,13 +218,13 @@ def _factors(found: Discovery) -> list[str]:
     told = []
     if far and found.verdict != "conflict":
         told.append(
-            f"More than {FAR:g} standard deviations from what was known (fit_sd = "
-            f"{found.dataset.layout.fit_sd:g}): {_values(found, far)}. The factors may be so, or "
-            "they imitate an error that acts nearly alike."
+            f"Fitted factors more than {FAR:g} standard deviations from their stated values "
+            f"(fit_sd = {found.dataset.layout.fit_sd:g}): {_values(found, far)}. The factors may "
+            "really have these values, or they imitate an error with a similar effect."
         )
     if found.verdict == "none" and len(far) < len(moves):
         rest = [name for name in moves if name not in far]
-        told.append(f"Fitted: {_values(found, rest)}.")
+        told.append(f"Fitted factors: {_values(found, rest)}.")
     return told
 
 
@@ -249,7 +255,7 @@ def _untried(found: Discovery) -> list[str]:
         return []
     more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
     listed = ", ".join(_words(name) for name in names[:MOST])
-    return [f"Could not be tried, for the reasons in the table: {listed}{more}."]
+    return [f"Suspects that could not be tried, for the reasons in the table: {listed}{more}."]
 
 
 def _limit(found: Discovery, name: str, limit: Limit) -> str:

@@ -246,7 +246,7 @@ class Fitter:
                 effects[name] = (effect, start + share * change)
             wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
-            log.info("moving by %.3g of the way, to effects %s", share, amounts)
+            log.info("moving %.3g of the way, to the effects %s", share, amounts)
             try:
                 return self._predictor.linearise(wanted, suspects, self._smooth, roughly=True)
             except SpecificationError:

@@ -148,7 +148,7 @@ class _Inquiry:
         try:
             return self._fitter.confirmed(fitted, effects)
         except SpecificationError as error:
-            log.info("what is learned of some curves stays: %s", error)
+            log.info("some learned curves cannot be replaced by simulations: %s", error)
             return fitted
 
     def _signatures(self, baseline: Fitted) -> tuple[Linearised, dict[str, Effect]]:
@@ -178,7 +178,8 @@ class _Inquiry:
                 specimen, gain = least_gain(fit, name, fitted)
                 if gain < ENOUGH:
                     who = self._dataset.specimens[specimen]
-                    self._reasons[name] = f"rests on {who}: without it the gain is {gain:.1f}"
+                    without = f"without it the log-evidence gain is {gain:.1f}"
+                    self._reasons[name] = f"rests on {who} alone: {without}"
                     continue
             groups.append(group)
         return tuple(groups)
@@ -210,7 +211,7 @@ class _Inquiry:
             test = dataclasses.replace(test, protocol=protocol)
             return plan(test, None, design, effects, self._runs).next_experiment
         except SpecificationError as error:
-            log.info("no experiment is planned: %s", error)
+            log.info("the next experiment cannot be planned: %s", error)
             return ""
 
     def _anatomy(self, baseline: Fitted) -> Anatomy:

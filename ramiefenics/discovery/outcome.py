@@ -53,10 +53,10 @@ class Effort:
     def told(self) -> str:
         """Return the effort as a sentence."""
         if self.learned_error == 0.0:
-            return f"{self.curves} force curves, all of them simulated."
+            return f"All {self.curves} force curves were simulated."
         return (
             f"{self.curves} force curves took {self.simulations} simulations; the others were "
-            f"learned from these, to {100 * self.learned_error:.1g} % of the peak."
+            f"learned from these, to within {100 * self.learned_error:.1g} % of the peak."
         )
 
 
@@ -228,16 +228,17 @@ class Discovery(Result):
         scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
         mesh, left = self._corrections()
         names = (factor.name for factor in self.fitted.curves.model.factors)
-        own = ", ".join(f"{n} {100 * sd:.0f} %" for n, sd in zip(names, scatter.own, strict=True))
+        own = ", ".join(
+            f"{100 * sd:.0f} % in {n}" for n, sd in zip(names, scatter.own, strict=True)
+        )
         return [
             f"{len(self.observed.force_N)} curves of {len(self.dataset.specimens)} specimens, "
             f"{low:g} to {high:g} mm. Specimens differ by {own}; the noise is "
-            f"{100 * scatter.noise:.2g} % of the peak force, and a smooth error of each curve "
+            f"{100 * scatter.noise:.2g} % of the peak force, and the smooth error of each curve "
             f"{100 * scatter.drift:.2g} %.",
             f"Forces on the mesh recipe {self.mesh} are corrected by up to "
-            f"{100 * mesh:+.1f} % of the peak, as a finer mesh shows; of what the "
-            f"fit leaves, up to {100 * left:+.1f} % is put down to mesh and "
-            "simulator.",
+            f"{100 * mesh:+.1f} % of the peak, as estimated with a finer mesh; of the residual, "
+            f"up to {100 * left:+.1f} % of the peak is attributed to errors of mesh and simulator.",
             *self.dataset.notes(),
             self.effort.told(),
         ]
@@ -277,7 +278,7 @@ class Discovery(Result):
             "suspect": name,
             **told,
             "imitated by": imitators,
-            "but": self.reasons.get(name, ""),
+            "remark": self.reasons.get(name, ""),
         }
 
     def numbers(self) -> dict[str, Any]:
@@ -338,16 +339,16 @@ class Discovery(Result):
         return {
             "suspects": Table(
                 pd.DataFrame(physics, columns=["suspect", "physics", "reference"]),
-                "What was tried.",
+                "The suspects, their physics and references.",
             ),
             "factors": Table(
                 pd.DataFrame(factors, columns=["factor", "value", "over_sd"]),
-                "Fitted factors, mean of the specimens, and over what was known of them.",
+                "Fitted factors, mean of the specimens, and their logarithms in units of fit_sd.",
             ),
             "alike": Table(
                 pd.DataFrame(alike, columns=["suspect", "other", "cosine"]),
-                "How alike signatures are, where factors and simulator have taken what they can: "
-                "near 1 or -1, these data do not tell the two apart.",
+                "Similarity of signatures after removal of what factors and simulator can imitate: "
+                "where the cosine is near 1 or -1, these data cannot tell the two apart.",
             ),
         }
 
@@ -359,22 +360,25 @@ class Discovery(Result):
         if self.anatomy is not None:
             learned["anatomy"] = Picture(
                 partial(figures.anatomy_figure, self, self.anatomy),
-                "What is missing, learned inside the model, with its 95 % band, beside the "
+                "The function learned inside the model, with its 95 % band, compared with the "
                 "baseline's own function and those of shipped effects at their typical sizes.",
             )
         return {
             **learned,
             "residual": Picture(
                 partial(figures.residual_figure, self),
-                "What the fit leaves, every specimen with factors of its own, before and after. "
-                "Grey: specimens. Dashed: what is put down to mesh and simulator.",
+                "Residuals without effects and, if any were fitted, with them; each specimen has "
+                "its own factors. Grey: single curves. Dashed: part attributed to mesh and "
+                "simulator.",
             ),
             "suspects": Picture(
                 partial(figures.suspects_figure, self),
-                "How probable each suspect is, and how large it may be without being seen.",
+                "Probability of each suspect, and its largest effect on the curves that the data "
+                "do not exclude.",
             ),
             "left_out": Picture(
-                partial(figures.left_out_figure, self), "Each specimen predicted from all others."
+                partial(figures.left_out_figure, self),
+                "The curves of each specimen, predicted from all other specimens.",
             ),
         }
 

@@ -158,7 +158,8 @@ def _machine(largest_N: float, size_mm: float) -> Place:
         if test.machine.table_N == knots:
             return test
         if test.machine.table_N:
-            raise SpecificationError("machine.table_N", list(knots), "must be that of the test")
+            allowed = "must be the forces of the test's own table"
+            raise SpecificationError("machine.table_N", list(knots), allowed)
         table = replace(test.machine, table_N=knots, table_mm=(0.0,) * len(knots))
         return replace(test, machine=table)
 
@@ -168,7 +169,7 @@ def _machine(largest_N: float, size_mm: float) -> Place:
 
     return Place(
         "machine",
-        "a deflection of machine, load cell or fixture over the force",
+        "a force-dependent deflection of machine, load cell or fixture",
         "Force (N)",
         "Deflection of the machine (mm)",
         np.linspace(0.0, largest_N, GRID),
@@ -186,9 +187,9 @@ def _fibre() -> Place:
     """Return the place of the fibres' axial stress over their strain."""
     return Place(
         "fibre",
-        "another axial stress of the fibres over their strain",
+        "a different stress-strain curve of the fibres",
         "Axial strain",
-        "Axial stress of the outermost layer, sides held (MPa)",
+        "Confined axial stress, outermost layer (MPa)",
         np.linspace(-0.1, 0.1, GRID),
         _constants((*PULLED, *PRESSED)),
         np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # tension and compression apart
@@ -201,9 +202,9 @@ def _section() -> Place:
     """Return the place of the section's stress over the loss of its area."""
     return Place(
         "section",
-        "another stress of the crushed section over the area that it has lost",
-        "Logarithm of area over area at rest",
-        "Stress of the outermost layer, crushed across (MPa)",
+        "a different stress of the crushed section as a function of its loss of area",
+        "ln (area / area at rest)",
+        "Confined transverse stress, outermost layer (MPa)",
         np.linspace(-0.5, 0.0, GRID),
         _constants(CRUSHED),
         _from_zero(TANGENT_SIZE, len(LOSSES)),
@@ -266,7 +267,7 @@ def _height(heights: Array) -> Place:
 
     return Place(
         "height",
-        "a factor on all moduli over the place on the plant",
+        "a factor on all moduli that varies with the place on the plant",
         "Place on the plant (mm)",
         "Factor on the moduli",
         np.linspace(heights.min(), heights.max(), GRID),

@@ -83,17 +83,20 @@ class Plan(Result):
         pairs = len(self.alone.smallest) * (len(self.alone.smallest) - 1) // 2
         hidden = [name for name, size in self.alone.smallest.items() if not np.isfinite(size)]
         told = [
-            f"The standard test alone tells {self.alone.told_apart} of {pairs} pairs of effects of "
-            "typical size apart."
+            f"The standard test alone tells apart {self.alone.told_apart} of {pairs} pairs of "
+            "effects of typical size."
         ]
         best = self.next_experiment
         if self.powers[best] is not self.alone:
             told.append(
-                f"A second test of each stalk with {best} makes that "
-                f"{self.powers[best].told_apart}: it tells most."
+                f"Adding a second test of each stalk, with {best}, tells apart "
+                f"{self.powers[best].told_apart} pairs, the most of all tests tried."
             )
         if hidden:
-            told.append(f"Alone it does not find, at any size: {', '.join(hidden)}.")
+            told.append(
+                "The standard test alone cannot find these effects at any size: "
+                f"{', '.join(hidden)}."
+            )
         return told
 
     def overview(self) -> pd.DataFrame:
@@ -142,13 +145,14 @@ class Plan(Result):
         return {
             "smallest": Picture(
                 partial(figures.smallest_figure, self),
-                "Smallest amplitudes that are found in 95 % of data sets, over the typical ones; "
-                "without a mark: not found within the bounds, or beyond the figure.",
+                "Smallest amplitudes that are found in 95 % of data sets, relative to the typical "
+                "ones; effects without a mark are not found within their bounds, or their mark "
+                "lies outside the figure.",
             ),
             "mistaken": Picture(
                 partial(figures.mistaken_figure, self),
-                "How alike signatures are, without what fitted factors, mesh and simulator can "
-                "imitate.",
+                "Similarity of signatures after removal of what fitted factors, mesh and simulator "
+                "can imitate.",
             ),
         }
 
@@ -221,7 +225,7 @@ def _curves(test: BendingTest) -> list[BendingTest]:
     if not test.protocol.then:
         return [loading]
     if not test.protocol.unloads:
-        allowed = "must have unloading: of what follows the loading, only that is compared"
+        allowed = "must include unloading, the only part after the loading that is compared"
         raise SpecificationError("protocol.then", f"{len(test.protocol.then)} targets", allowed)
     return [loading, test]
 

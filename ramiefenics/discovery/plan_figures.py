@@ -26,7 +26,7 @@ def smallest_figure(plan: Plan) -> Figure:
         axes = figure.subplots()
         for number, (what, found) in enumerate(plan.powers.items()):
             shares = [abs(found.smallest[n] / plan.effects[n].typical) for n in names]
-            label = "standard test alone" if number == 0 else f"and with {what}"
+            label = "standard test alone" if number == 0 else f"plus a test with {what}"
             colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
             axes.plot(
                 shares, range(len(names)), ls="", ms=6, color=colour, marker=marker, label=label
@@ -38,7 +38,7 @@ def smallest_figure(plan: Plan) -> Figure:
         axes.set_xlim(SMALLEST, LARGEST)
         axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS], minor=False)
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_xlabel("Smallest amplitude that is found, over the typical one")
+        axes.set_xlabel("Smallest detectable amplitude / typical amplitude")
         figure.legend(fontsize=8, loc="outside upper center", frameon=False)
     return figure
 
@@ -53,5 +53,5 @@ def mistaken_figure(plan: Plan) -> Figure:
         image = axes.imshow(np.abs(plan.alone.cosines), cmap="cividis", vmin=0.0, vmax=1.0)
         axes.set_xticks(range(len(names)), names, rotation=90)
         axes.set_yticks(range(len(names)), names)
-        figure.colorbar(image, label="Cosine (absolute)", shrink=0.8)
+        figure.colorbar(image, label="Absolute value of the cosine", shrink=0.8)
     return figure

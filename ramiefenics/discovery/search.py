@@ -283,7 +283,12 @@ class Search:
         if math.isfinite(promise := self._promised.get(names, math.inf)):
             for name in set(names) - set(part.names):
                 self._overrated.setdefault(name, []).append(promise - reached.score)
-        log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
+        log.info(
+            "the set %s with amplitudes %s: score %.2f",
+            names,
+            reached.fitted.fit.amplitudes,
+            reached.score,
+        )
 
     def _confirm_best(self) -> None:
         """Fit the best set further, with every curve simulated, as others are compared with it."""
@@ -318,12 +323,17 @@ class Search:
                     reached = self._moved(names, reached.fitted)
                 curves = self._fitter.confirm(reached.fitted.curves, CLOSE_TOLERANCE)
             except SpecificationError as error:
-                log.info("%s cannot be fitted any better: %s", names, error)
+                log.info("the set %s cannot be fitted any better: %s", names, error)
                 break
             reached = self._judged(names, curves)
             if reached.fitted.steady:
                 break
-        log.info("%s: %s, score %.2f", names, reached.fitted.fit.amplitudes, reached.score)
+        log.info(
+            "the set %s with amplitudes %s: score %.2f",
+            names,
+            reached.fitted.fit.amplitudes,
+            reached.score,
+        )
         return dataclasses.replace(reached, finished=True)
 
     def _moved(self, names: Names, fitted: Fitted) -> Reached:

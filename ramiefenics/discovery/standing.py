@@ -170,7 +170,7 @@ def _loaded(curve: pd.DataFrame, *columns: str) -> Array:
     loaded = curve.loc[curve["force_N"] > 0.0, list(columns)]
     if loaded.empty:
         raise SpecificationError(
-            "force_N", float(curve["force_N"].max()), "must be above 0 somewhere on a curve"
+            "force_N", float(curve["force_N"].max()), "must be above 0 somewhere on the curve"
         )
     return loaded.to_numpy().T
 

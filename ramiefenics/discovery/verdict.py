@@ -26,10 +26,10 @@ ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
 
 VERDICTS = {
-    "none": "what the fit leaves is not told from noise",
-    "cause": "one effect, or several, explain what is missing, and no others do",
-    "ambiguous": "something is missing, and these data do not tell which of some effects it is",
-    "conflict": "fitted factors contradict what was stated of them, and no effect explains it",
+    "none": "the residual of the fit cannot be told from noise",
+    "cause": "one or more effects explain what is missing, and no others do",
+    "ambiguous": "something is missing, and these data cannot tell which of several effects it is",
+    "conflict": "the fitted factors contradict their stated values, and no suspect explains this",
     "unknown": "something is missing, and no set of the suspects explains it",
 }
 """Meaning of each verdict, by name."""

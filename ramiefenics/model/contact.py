@@ -291,7 +291,9 @@ class Contact:
                     )
                 )
             except UnknownOperation as error:
-                log.info("contact by the form compiler, which is slower: %s", error)
+                log.info(
+                    "contact is compiled by the form compiler, whose code is slower: %s", error
+                )
         return FormTerm(self.residual(ufl.TestFunction(self.solid.space)), u)
 
     def residual(self, v: Expr) -> Expr:

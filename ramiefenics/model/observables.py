@@ -94,14 +94,14 @@ class Observables:
         """Return a message that explains a missed contact."""
         how = "without force" if self.force_N <= 0.0 else "with too little force"
         return (
-            f"a cylinder has passed the surface by {self.penetration_mm:.2g} mm {how}, as too "
-            "few quadrature points of the mesh have met it; numerics.mesh.contact_size must be "
-            "smaller"
+            f"a cylinder has penetrated the surface by {self.penetration_mm:.2g} mm {how} "
+            "(too few quadrature points of the mesh are under it: reduce "
+            "numerics.mesh.contact_size)"
         )
 
     @property
     def misses_contact(self) -> bool:
-        """Whether a cylinder has passed the surface undetected; shorter steps may detect it."""
+        """Whether a cylinder has penetrated the surface undetected; shorter steps may detect it."""
         unfelt = self.force_N <= 0.0 and self.penetration_mm > UNFELT_MM
         return unfelt or self.penetration_radii > SWALLOWED
 

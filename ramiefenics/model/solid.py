@@ -134,7 +134,11 @@ class Solid:
                 self.cells,
             )
         except UnknownOperation as error:
-            log.info("law %s by the form compiler, which is slower: %s", self.law.name, error)
+            log.info(
+                "the law %s is compiled by the form compiler, whose code is slower: %s",
+                self.law.name,
+                error,
+            )
             return None
 
     def _layerwise(self, name: str, cells: dmesh.MeshTags, values: Sequence[float]) -> fem.Function:

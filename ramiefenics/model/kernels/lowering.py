@@ -132,7 +132,7 @@ class Lowering:
             return graph.function(FUNCTIONS[kind], *scalars())
         if kind in CONDITIONS:
             return graph.condition(CONDITIONS[kind], *scalars())
-        raise UnknownOperation(f"{kind.__name__} has no counterpart in C here")
+        raise UnknownOperation(f"{kind.__name__} is not supported in generated C code")
 
     def _indexed(self, e: Any, at: Component, indices: dict[int, int]) -> Node:
         inner, names = e.ufl_operands

@@ -51,7 +51,8 @@ def _law_in(path: str, content: str) -> Law:
     own = [law for law in found if law not in LAWS.values()]  # the file imports the others
     if len(own) != 1:
         names = ", ".join(law.name for law in own) or "none"
-        raise SpecificationError("law", path, f"must define one law of its own, but has {names}")
+        allowed = f"must define exactly one law of its own, but defines {names}"
+        raise SpecificationError("law", path, allowed)
     return own[0]
 
 

@@ -147,8 +147,8 @@ class Law:
         own = {constant.name: constant.of(material) for constant in self.constants}
         for name, value in material.law_constants.items():
             if name not in own:
-                known = f"which has {', '.join(own)}" if own else "which has none"
-                allowed = f"is no constant of the law {self.name}, {known}"
+                known = f"which has only {', '.join(own)}" if own else "which has none"
+                allowed = f"is not a constant of the law {self.name}, {known}"
                 raise SpecificationError(f"law_constants.{name}", value, allowed)
         return own | self.parameters(replace(material, law_constants=own))
 

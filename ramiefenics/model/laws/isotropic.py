@@ -25,7 +25,7 @@ def _parameters(material: Material) -> dict[str, float]:
             raise SpecificationError(
                 f"elastic.{name}",
                 getattr(elastic, name),
-                f"must be {value:.6g} for the law isotropic, as E_X_MPa and nu_XY have it",
+                f"must be {value:.6g} for the law isotropic, to agree with E_X_MPa and nu_XY",
             )
     return {"mu": mu, "kappa": young / (3 * (1 - 2 * nu))}
 

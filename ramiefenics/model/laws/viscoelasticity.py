@@ -77,7 +77,7 @@ class _PronySeries:
     def parameters(self, material: Material) -> dict[str, float]:
         total = sum(material.law_constants[f"relaxing_share_{i}"] for i in self.numbers)
         if total >= 1.0:
-            allowed = "must be below 1, all shares together, or nothing bears a load for long"
+            allowed = "must add up to less than 1, or no stress is left after full relaxation"
             raise SpecificationError("law_constants.relaxing_share", total, allowed)
         return self.lasting.parameters(material)
 
