@@ -208,6 +208,11 @@ def picture(record: dict[str, dict[str, Any]]) -> Figure:
             right.loglog(table["stalks"], table["curves"], ":", color=colour)
         right.plot([], [], "o-", color=GREY, label="simulated")
         right.plot([], [], ":", color=GREY, label="force curves asked for")
+        for axes in (left, right):
+            axes.set_xticks(STALKS, map(str, STALKS))
+            axes.minorticks_off()
+        minutes = (2, 5, 10, 20, 50)
+        left.set_yticks(minutes, map(str, minutes))
         left.set(xlabel="Stalks", ylabel="Wall time on two cores (min)")
         right.set(xlabel="Stalks", ylabel="Number")
         left.legend()
