@@ -130,7 +130,7 @@ def test_giving_up_has_a_reason_and_keeps_the_curve(coarse: BendingTest) -> None
     assert reached < 3.0
     assert f"beyond {reached:.3f} mm" in result.ending.reason
     assert result.statistics.cut_backs > 0
-    assert any("ellipticity was not sought beyond 0.00 mm" in note for note in result.notes())
+    assert any("ellipticity was not checked beyond 0.00 mm" in note for note in result.notes())
 
 
 def test_run_ends_where_the_stalk_slips_off(coarse: BendingTest, simulated: Simulate) -> None:

@@ -268,7 +268,7 @@ goal = { kind = "maximum", low = 100.0, high = 400.0 }
     assert rf.read_test(out / "desirable.toml") == desired.test
     assert (out / "desirability.png").exists()
     check_folder(out)
-    check_print(found, f"Most desirable, {desired.desirability:.3g} of 1")
+    check_print(found, f"Most desirable point ({desired.desirability:.3g} of 1)")
 
 
 def test_responses_of_a_known_curve() -> None:
@@ -318,10 +318,10 @@ def test_the_published_study_is_that_of_the_paper() -> None:
         (FRICTION, "fixture.friction.rolling", "must be the key of a number"),
         ("centres = 3", "centres = -3", "design.centres = -3 must be a whole number"),
         ("central_composite", "box", "design.kind = 'box' must be one of"),
-        ('mesh = "screening"', 'mesh = "rough"', "is no mesh recipe"),
+        ('mesh = "screening"', 'mesh = "rough"', "is not a mesh recipe"),
         ("max_force_N", "peak_N", "response = 'peak_N' must be one of max_force_N"),
-        ("target = 100", "target = 100\ndataset = 'd'", "must be left out beside a target"),
-        ("error = 2", "", "error must be given with a target"),
+        ("target = 100", "target = 100\ndataset = 'd'", "must be left out if there is a target"),
+        ("error = 2", "", "error must be given if and only if there is a target"),
         ("error = 2", "error = 0", "error = 0 must be a number above 0"),
         (
             "error = 2",
@@ -329,7 +329,7 @@ def test_the_published_study_is_that_of_the_paper() -> None:
             "goal.kind = 'most' must be one of 'target', 'maximum', 'minimum'",
         ),
         ('title = "Two', 'model = "cubic"\ntitle = "Two', "model = 'cubic' must be one of"),
-        ('title = "Two', 'folder = "x"\ntitle = "Two', "is set by where the study lies"),
+        ('title = "Two', 'folder = "x"\ntitle = "Two', "must be left out: it is the folder of"),
     ],
 )
 def test_bad_studies_end_with_one_sentence(

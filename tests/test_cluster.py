@@ -74,7 +74,7 @@ def test_workers_of_another_version_are_refused(
     pool.submit = lambda function, task, folder, name: Elsewhere.submit(
         pool, function, Word("b"), folder, name
     )
-    with pytest.raises(BrokenExecutor, match="another version of ramiefenics"):
+    with pytest.raises(BrokenExecutor, match="different versions of ramiefenics"):
         Runs(tmp_path, pool).map([task])
 
 
@@ -112,7 +112,7 @@ def test_a_notebook_shows_what_is_left(tmp_path: Path, monkeypatch: pytest.Monke
         (["--pool", "threads"], "pool = 'threads' must be mpi"),
         (["--pool", "mpi"], "needs two ranks or more"),
         (["--pool", "mpi", "--jobs", "2"], "jobs and --pool"),
-        (["--scheduler", "tcp//nowhere"], "must be the address of a Dask scheduler"),
+        (["--scheduler", "tcp//nowhere"], "must be the address of a running Dask scheduler"),
     ],
 )
 def test_what_cannot_work_is_refused(

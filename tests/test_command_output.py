@@ -42,7 +42,7 @@ def test_studies_are_listed() -> None:
     assert all(len(line.split()) > 3 for line in lines)
 
 
-def test_doctor_tells_versions_and_what_to_mend(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_tells_versions_and_what_to_fix(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "4")
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
     found = {finding.what: finding for finding in findings()}

@@ -98,7 +98,7 @@ def test_a_format_of_the_package_is_one_file_and_one_line(
         (("PRESS = ", "OTHER = PRESS = "), "must define one Reader, not press, press"),
         (("PRESS = Reader", "PRESS = str"), "does not run"),
         (('("press"', '("force", "", read_press), Reader("press"'), "must define at least one"),
-        (("9.80665", "0.0"), r"force_N = 0\.0 must change"),
+        (("9.80665", "0.0"), r"force_N = 0\.0 must change by"),
     ],
 )
 def test_a_faulty_reader_is_told(

@@ -244,7 +244,7 @@ def test_command_resumes_and_writes_what_it_found(
 
     monkeypatch.setattr(simulation, "simulate", until_the_third)
     assert run_command(monkeypatch, *arguments) == 130
-    assert "kept, so run it again" in capsys.readouterr().err
+    assert "kept: run the command again" in capsys.readouterr().err
     assert not out.exists()
 
     def only_the_third(*given: object) -> rf.BendingResult:

@@ -171,14 +171,14 @@ def test_a_contact_before_the_record_is_told() -> None:
 def test_a_toe_far_before_the_record_is_told() -> None:
     """In a record from 3 mm on, the straight part ends by 4.5 mm, and the toe is 2.7 mm away."""
     late = measured()[lambda curve: curve["displacement_mm"] > 3.0]
-    with pytest.raises(rf.SpecificationError, match=r"zero = 'toe' must be no farther before"):
+    with pytest.raises(rf.SpecificationError, match=r"zero = 'toe' must not precede the record"):
         seat(late, rf.Seating("toe"))
 
 
 def test_a_toe_needs_a_rise() -> None:
     curve = measured(0.0)
     curve.loc[0, "force_N"] = 2.0 * PEAK
-    with pytest.raises(rf.SpecificationError, match=r"'toe' must have a curve that rises from its"):
+    with pytest.raises(rf.SpecificationError, match=r"'toe' needs a curve that rises from its"):
         seat(curve, rf.Seating("toe"))
 
 

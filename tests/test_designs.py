@@ -110,7 +110,7 @@ def test_sobol_points_are_more_even_than_chance() -> None:
         (lambda: central_composite(3, "round"), "alpha = 'round' must be 'rotatable'"),
         (lambda: central_composite(3, -1.0), "alpha = -1.0 must be"),
         (lambda: central_composite(3, centres=-1), "centres = -1 must be 0 or more"),
-        (lambda: plackett_burman(27), "factors = 27 must leave 4, 12 or 20 times"),
+        (lambda: plackett_burman(27), "factors = 27 must have 4, 12 or 20 times"),
         (lambda: sobol(2, 1), "runs = 1 must be at least 2"),
     ],
 )

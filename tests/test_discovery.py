@@ -229,7 +229,7 @@ def test_bad_factors_are_told(screening: rf.BendingTest, name: str) -> None:
     ("options", "message"),
     [
         ([], "dataset = .* must be a folder with a dataset.toml"),
-        (["--mesh", "coars"], "is no mesh recipe"),
+        (["--mesh", "coars"], "is not a mesh recipe"),
         (["--effects", "nowhere.py"], "must be a Python file"),
     ],
 )

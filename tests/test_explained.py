@@ -60,7 +60,7 @@ def test_new_writes_a_file_and_never_over_one(tmp_path: Path) -> None:
     again = run("new", str(path))
     assert again.returncode == 2
     assert len(again.stderr.strip().splitlines()) == 1
-    assert "be no file yet" in again.stderr
+    assert "must not exist yet" in again.stderr
     assert path.read_text() == before
 
 

@@ -56,11 +56,11 @@ def test_cylinders_say_where_everything_is() -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        (["inner_span_mm=85"], "span_mm = 100.0 must be above 105 mm, or the indenter does not"),
+        (["inner_span_mm=85"], "span_mm = 100.0 must be above 105 mm, or the indenter cannot"),
         (["inner_span_mm=9"], "inner_span_mm = 9.0 must be above 10 mm, or 0"),
         (["indenter_offset_mm=-41"], "span_mm = 100.0 must be above 102 mm"),
         (["support_radius_mm=inf"], "support_radius_mm = inf must be finite unless span_mm = 0"),
-        (["span_mm=0", "indenter_offset_mm=1"], "indenter_offset_mm = 1.0 must be left out where"),
+        (["span_mm=0", "indenter_offset_mm=1"], "indenter_offset_mm = 1.0 must be left out if"),
         (["indenter_offset_mm=5"], "domain = 'quarter' must be half or full for a fixture that"),
         (["other_support_radius_mm=4"], "domain = 'quarter' must be half or full"),
     ],
@@ -100,10 +100,10 @@ def test_stated_cylinders_bend_as_those_of_the_named_fixture(coarse: rf.BendingT
 @pytest.mark.parametrize(
     ("cylinders", "sentence"),
     [
-        (SUPPORTS, r"cylinders = \['right', 'left'\] must have one that moves"),
-        ([NOSE], "must hold the stalk: what is below it must be under what is above"),
+        (SUPPORTS, r"cylinders = \['right', 'left'\] must include a moving cyl"),
+        ([NOSE], "must hold the stalk: the ranges of Z above and below it must overlap"),
         ([("nose", "above", True, 60.0, 5.0), *SUPPORTS], "must hold the stalk"),
-        ([("nose", "below", True, 0.0, 5.0), *SUPPORTS], "nose.side = 'below' must be above for"),
+        ([("nose", "below", True, 0.0, 5.0), *SUPPORTS], "nose.side = 'below' must be 'above' for"),
         ([("nose", "beside", True, 0.0, 5.0), *SUPPORTS], "nose.side = 'beside' must be one of"),
         ([("a nose", "above", True, 0.0, 5.0)], "name = 'a nose' must be one word"),
         ([("nose", "above", True, 0.0, 0.0)], "nose.radius_mm = 0.0 must be a number above 0 mm"),
@@ -114,11 +114,11 @@ def test_stated_cylinders_bend_as_those_of_the_named_fixture(coarse: rf.BendingT
         ),
         (
             [NOSE, ("near", "below", False, 9.0, 5.0), *SUPPORTS],
-            "near.z_mm = 9.0 must be more than 10 mm from nose, or right opposite",
+            "near.z_mm = 9.0 must be more than 10 mm from nose, or directly opposite",
         ),
         (
             [NOSE, ("plate", "below", False, 0.0, math.inf), *SUPPORTS],
-            "right.side = 'below' must be on the other side of the stalk than the plate plate",
+            "right.side = 'below' must be on the opposite side of the stalk from the plate plate",
         ),
         ([NOSE, SUPPORTS[0], ("left", "below", False, -95.0, 5.0)], "must be within 90 mm of"),
         ([NOSE, SUPPORTS[0], ("left", "below", False, -40.0, 5.0)], "'quarter' must be half or"),
@@ -132,7 +132,7 @@ def test_impossible_cylinders_get_one_sentence(
 
 
 def test_stalk_pressed_off_centre_needs_friction() -> None:
-    with pytest.raises(rf.SpecificationError, match="must be above 0: pressed off centre"):
+    with pytest.raises(rf.SpecificationError, match="must be above 0: nothing else keeps"):
         rod("numerics.domain=half", "fixture.indenter_offset_mm=30")
 
 

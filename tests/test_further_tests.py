@@ -26,7 +26,7 @@ def there_and_back(coarse: BendingTest) -> BendingTest:
         (["further=[{}]"], "protocol.then = 3.0 must be 0 at the end of the path"),
         ([BACK, "further=[{}, {protocol={then=[]}}, {}]"], "further.1.protocol.then = 3.0 must be"),
         ([BACK, "further=[{law='x'}]"], "further.0.law = 'x' must be one of fixture"),
-        ([BACK, "further=[{stalk={taper=0}}]"], "further.0.stalk = .* must be the same one"),
+        ([BACK, "further=[{stalk={taper=0}}]"], "further.0.stalk = .* must be that of the first"),
         ([BACK, "further=[{fixture={spam_mm=7}}]"], "further.0.fixture.spam_mm = 7 is an unknown"),
         ([BACK, "further=[{fixture={span_mm=500}}]"], "further.0.fixture.span_mm = 500.0 must be"),
         ([BACK, "further=[{stalk={rotation_deg=90}}]"], "further.0.numerics.domain = 'quarter'"),

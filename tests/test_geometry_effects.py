@@ -96,7 +96,7 @@ def test_a_void_that_leaves_its_layer_is_refused() -> None:
         (tube(), "eccentric_void", 2.0, r"void_offset_mm = 2\.0 must be at most 1\.8 mm"),
         (tube("stalk.void_diameter_mm=2"), "wall_thickness_error", 1.0, "must be above 2 mm"),
         (tube("stalk.void_diameter_mm=0"), "wall_thickness_error", 1.0, "must be above 0 mm for"),
-        (tube("stalk.void_diameter_mm=0"), "eccentric_void", 1.0, "there is none to move"),
+        (tube("stalk.void_diameter_mm=0"), "eccentric_void", 1.0, "there is no void to move"),
     ]
     for test, name, amplitude, message in cases:
         with pytest.raises(rf.SpecificationError, match=message):

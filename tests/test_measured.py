@@ -132,7 +132,7 @@ def test_every_defect_names_its_place(
 def test_tension_positive_forces_are_told(folder: Path) -> None:
     text = (folder / "a.csv").read_text().replace(",0", ",-0")
     (folder / "a.csv").write_text(text)
-    with pytest.raises(rf.SpecificationError, match=r"largest force.*turn the sign"):
+    with pytest.raises(rf.SpecificationError, match=r"largest force.*reverse the sign"):
         rf.read_dataset(folder)
 
 
@@ -169,7 +169,7 @@ CURVES = {
     ),
     "decimal commas": (
         lambda rows: [[cell.replace(".", ",") for cell in row] for row in rows],
-        r"b\.csv, row 2, number of cells = 4 must be 2.*no comma is a decimal one",
+        r"b\.csv, row 2, number of cells = 4 must be 2.*no comma is a decimal comma",
     ),
     "semicolons": (
         lambda rows: [[";".join(row)] for row in rows],
@@ -181,7 +181,7 @@ CURVES = {
     ),
     "a quotation mark": (
         lambda rows: [*rows[:5], ['"' + rows[5][0], rows[5][1]], *rows[6:]],
-        r"b\.csv, row 6 = .*must be whole cells, quotation marks closed",
+        r"b\.csv, row 6 = .*must have complete cells, with quotation marks closed",
     ),
     "a blank line, counted": (
         lambda rows: [*rows[:5], [""], ["x", "1"], *rows[7:]],
@@ -213,11 +213,11 @@ CURVES = {
     ),
     "a constant force": (
         lambda rows: [rows[0], *([d, "0.08"] for d, _ in rows[1:])],
-        r"b\.csv, force_N = 80\.0 must change; is it the right column",
+        r"b\.csv, force_N = 80\.0 must change by .* is it the right column",
     ),
     "a single displacement": (
         lambda rows: [rows[0], *(["3.5", f] for _, f in rows[1:])],
-        r"b\.csv, displacement_mm = 0\.0035 must change; is it the right column",
+        r"b\.csv, displacement_mm = 0\.0035 must change by .* is it the right column",
     ),
     "few displacements": (
         lambda rows: [rows[0], *([f"{i // 5}e3", f] for i, (_, f) in enumerate(rows[1:]))],
@@ -229,7 +229,7 @@ CURVES = {
     ),
     "a gap": (
         lambda rows: rows[:6] + rows[20:],
-        r"b\.csv, row 7, displacement_mm = 5\.4286 must not be ahead .* by more than 10 %",
+        r"b\.csv, row 7, displacement_mm = 5\.4286 must not exceed .* by more than 10 %",
     ),
     "in another order": (
         lambda rows: [rows[0], *rows[:0:-1]],
@@ -237,19 +237,19 @@ CURVES = {
     ),
     "mostly below zero": (
         lambda rows: [rows[0], *([d, f"{float(f) - 0.06:.6f}"] for d, f in rows[1:])],
-        r"b\.csv, largest force = 38.* farther from it than the least, -60: .* zero the load cell",
+        r"b\.csv, largest force = 38.* than the least force, -60 N: .* zero the load cell",
     ),
     "late": (
         lambda rows: [rows[0], *rows[15:]],
         r"b\.csv, first row, displacement_mm = 4\.0 must be at most 0\.5, as curves are "
-        r"compared from 0 mm on; put from_mm = 4 into dataset\.toml, .* or take B out",
+        r"compared from 0 mm on; set from_mm = 4 in dataset\.toml, .* or remove B",
     ),
     "the curve of another": (
         lambda rows: [
             rows[0],
             *([f"{d:.1f}", f"{7e-6 * d:.6f}"] for d in np.linspace(0, 12000, 50)),
         ],
-        r"specimens\.csv, row 3, curve = 'b\.csv' must not have the same curve as row 2, A",
+        r"specimens\.csv, row 3, curve = 'b\.csv' must not be the same curve as that of row 2, A",
     ),
 }
 
@@ -271,7 +271,11 @@ def test_every_defect_of_a_curve_is_told(folder: Path, defect: str) -> None:
         ("height,", "void,", r"specimens\.csv, heading = 'void' must not occur twice"),
         ("\nB,", "\n,", r"specimens\.csv, row 3, column specimen = '' must not be empty"),
         ("b.csv", "", r"specimens\.csv, row 3, column curve = '' must not be empty"),
-        ("b.csv", "a.csv", r"row 3, curve = 'a\.csv' must not have the same curve as row 2, A"),
+        (
+            "b.csv",
+            "a.csv",
+            r"row 3, curve = 'a\.csv' must not be the same curve as that of row 2, A",
+        ),
         ("\nB", "\n A", r"row 3, specimen = 'A' must not occur twice"),
         ("0.74", "1e301", r"row 3, column void = '1e301' must be a number"),
     ],
@@ -365,7 +369,7 @@ def test_curves_that_a_preload_makes_late_are_compared_from_where_they_begin(fol
     layout.write_text(layout.read_text() + '\n[seating]\nzero = "toe"\n')
     data = rf.read_dataset(folder)
     told = (
-        r"b\.csv, first row, displacement_mm = 1\.0.* put from_mm = 1(\.01)? into dataset\.toml, or"
+        r"b\.csv, first row, displacement_mm = 1\.0.* set from_mm = 1(\.01)? in dataset\.toml, or"
     )
     with pytest.raises(rf.SpecificationError, match=told):
         observe(data)
@@ -429,7 +433,7 @@ def test_a_specimen_may_be_tested_several_times(several: Path) -> None:
             "specimens.csv",
             "B,0.74",
             "A,0.74",
-            r"must not occur twice.* tests of one in tests",
+            r"must not occur twice.* tests of a specimen in tests",
         ),
         ("dataset.toml", '"fixture.span_mm"', '"fixture.width_mm"', r"fixture\.width_mm"),
     ],

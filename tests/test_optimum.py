@@ -196,7 +196,7 @@ def test_one_number_does_not_fix_two_parameters() -> None:
     )
     told = " ".join(in_words(space, profiles, known))
     assert "X1 is not determined by these data: with the others adjusted" in told
-    assert "X2 is not determined by these data: it is the ranges of the others" in told
+    assert "X2 is not determined by these data: it is kept between" in told
     assert "One combination of the 2 parameters is determined" in told
     assert "0.60 X1 +0.80 X2" in told
 

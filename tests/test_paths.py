@@ -26,11 +26,11 @@ def test_path_is_read_as_targets(coarse: rf.BendingTest, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("then", "sentence"),
     [
-        ("[{}]", "then.0 = .* must have one of to_mm and hold_s"),
-        ("[{to_mm=1, hold_s=1}]", "must have one of to_mm and hold_s"),
+        ("[{}]", "then.0 = .* must have either to_mm or hold_s"),
+        ("[{to_mm=1, hold_s=1}]", "must have either to_mm or hold_s"),
         ("[{to_mm=-1}]", "then.0.to_mm = -1 must be a number at least 0 mm"),
         ("[{to_mm=3.0}]", "then.0.to_mm = 3.0 must differ from the travel before it"),
-        ("[{hold_s=1, speed_mm_per_s=2}]", "speed_mm_per_s = 2.0 must be left out of a hold"),
+        ("[{hold_s=1, speed_mm_per_s=2}]", "speed_mm_per_s = 2.0 must be left out for a hold"),
     ],
 )
 def test_impossible_targets_get_one_sentence(

@@ -178,7 +178,7 @@ def test_effects_that_have_no_meaning_are_refused_by_name(
     suspects = {name: rf.EFFECTS[name] for name in ("seating_gap", "eccentric_void")}
     found = predictor.linearise(model, suspects)
     assert list(found.by_effects) == ["seating_gap"]
-    assert "there is none to move" in found.refused["eccentric_void"]
+    assert "there is no void to move" in found.refused["eccentric_void"]
 
 
 def test_where_the_typical_size_is_too_much_less_is_tried(

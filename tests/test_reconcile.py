@@ -179,7 +179,8 @@ def test_sums_of_squares_alone_leave_a_sign_open(table_5: rf.Reconciliation) -> 
     design, publication = table5()
     found = rf.reconcile(design, dataclasses.replace(publication, coefficients={}))
     assert not found.unique
-    assert "It is not unique: one of 2 of as few rows" in " ".join(found.findings())
+    told = " ".join(found.findings())
+    assert "It is not unique: it is one of 2 repairs that change as few rows" in told
     check_print(found, "7 of 20 rows")
     wanted = runs(table_5.repairs[0], design.responses)
     mirrored = runs(table_5.repairs[0] * [1.0, -1.0, 1.0] + 0.0, design.responses)
@@ -376,7 +377,7 @@ DEFECTS = [
     (
         '["friction", "nu phloem", "nu xylem"]',
         '["friction", "friction", "nu xylem"]',
-        r"factors = .* must be a list of two or more columns, each once",
+        r"factors = .* must be a list of two or more different columns",
     ),
     ('response = "force"', 'response = "friction"', r"response = 'friction' must be .* no factor"),
     ("model =", "modle =", r"modle = 'interaction' is unknown"),

@@ -107,14 +107,14 @@ DEFECTS = [
         "C,7.5,z\nB,7.4",
         r"specimens\.csv, row 3 = 'C' must have",
     ),
-    ("tests.csv", "b2.csv", "b1.csv", r"tests\.csv, row 5, curve = 'b1\.csv' .* as row 3, B 1; t"),
+    ("tests.csv", "b2.csv", "b1.csv", r"tests\.csv, row 5, curve = 'b1\.csv' .* of row 3, B 1; r"),
     ("tests.csv", "b2.csv", "", r"tests\.csv, row 5, column curve = '' must not be empty"),
     ("tests.csv", ",turned,", ",bent,", r"tests\.csv.*turned.* is not among its columns"),
     ("dataset.toml", '"stalk.rotation_deg" = "turned"', "", r"heading = 'turned' must be a column"),
     ("dataset.toml", "rotation_deg", "turn_deg", r"tests\.csv, row 2 \(A 1\)\.stalk\.turn_deg = 0"),
     ("tests.csv", "A,short,80", "A,short,0.1", r"row 4 \(A short\)\.fixture\.span_mm = 0\.1 must"),
     ("tests.csv", "A,short,80", "A,short,wide", r"row 4, column span = 'wide' must be a number"),
-    ("tests.csv", "A,,80", "A,short,80", r"row 6, test = 'short' must tell it from tests\.csv, r"),
+    ("tests.csv", "A,,80", "A,short,80", r"row 6, test = 'short' must be unique: tests\.csv, r"),
     (
         "specimens.csv",
         "genotype",
@@ -181,7 +181,7 @@ def test_several_curves_of_a_specimen_are_no_target(folder: Path, tmp_path: Path
         'keys = ["stalk.layers.xylem.material.elastic.E_Z_MPa"]\n'
         f'[[responses]]\nname = "slope_N_per_mm"\ndataset = "{folder}"\n'
     )
-    with pytest.raises(rf.SpecificationError, match=r"curves in .* = 5 must be one for every spec"):
+    with pytest.raises(rf.SpecificationError, match=r"curves in .* = 5 must be one per specimen"):
         read_study(study).targets()
 
 

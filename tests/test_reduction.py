@@ -276,12 +276,12 @@ def test_preloads_and_load_cells_that_were_not_zeroed_are_told(folder: Path) -> 
     table = pd.read_csv(path)
     table["force_N"] += 4.0
     table.to_csv(path, index=False)
-    assert "1 of 3 curves begin with a force, of up to 4 N" in " ".join(
+    assert "1 of 3 curves begin with a force of up to 4 N" in " ".join(
         rf.reduce_dataset(folder).notes()
     )
     table["force_N"] -= 8.0
     table.to_csv(path, index=False)
-    assert "1 of 3 curves begin below zero, at down to -4 N" in " ".join(
+    assert "1 of 3 curves begin with a negative force, down to -4 N" in " ".join(
         rf.reduce_dataset(folder).notes()
     )
 
@@ -293,7 +293,7 @@ def test_a_record_that_begins_at_its_peak_has_no_slope(folder: Path) -> None:
     table.to_csv(path, index=False)
     found = rf.reduce_dataset(folder)
     assert found.curves["slope_N_per_mm"].isna().tolist() == [True, False, False]
-    assert "A: no rise from which to take a slope" in " ".join(found.notes())
+    assert "A: no positive initial slope" in " ".join(found.notes())
 
 
 @pytest.mark.parametrize("first", [0.0, 0.5])

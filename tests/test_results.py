@@ -240,4 +240,4 @@ def test_energies_that_do_not_add_up_are_told(bent: BendingResult) -> None:
     assert not any("work" in note for note in bent.notes())
     wrong = bent.curve.assign(stored_energy_Nmm=0.8 * bent.curve["stored_energy_Nmm"])
     notes = dataclasses.replace(bent, curve=wrong).notes()
-    assert any("differ by 20 % of the work: take shorter steps" in note for note in notes)
+    assert any("differs by 20 % from the sum of the energy stored" in note for note in notes)

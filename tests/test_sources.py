@@ -46,7 +46,7 @@ def test_short_nested_and_full_changes_are_the_same() -> None:
     ("changes", "told"),
     [
         ({"E_Z_MPa": 3.0}, r"ambiguous.*layers\.phloem.*layers\.xylem"),
-        ({"radius": 3.0}, "name of no key"),
+        ({"radius": 3.0}, "is not the name of any key"),
         ({"indenter_radius_mm": "thick"}, "fixture.indenter_radius_mm = 'thick' must be"),
         ({"speed_mm_per_s": Quantity(1.0)}, "must be a quantity in mm/s"),
     ],

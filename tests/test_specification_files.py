@@ -124,7 +124,7 @@ def test_bad_file_gets_one_sentence(
     [
         (["bend", "nowhere.toml"], "nowhere.toml' cannot be read"),
         (["bend", "table9"], "test = 'table9' must be one of table3"),
-        (["bend", "--mesh", "finest"], "numerics.mesh = 'finest' is no mesh recipe"),
+        (["bend", "--mesh", "finest"], "numerics.mesh = 'finest' is not a mesh recipe"),
         (["bend", "--set", "fixture.span_mm"], "must be of the form key=value"),
         (["bend", "--set", "stalk.layers.bark.outer_diameter_mm=3"], "nearest|known: xylem"),
         (["bend", "--set", "=3"], "must be of the form key=value"),
@@ -140,7 +140,7 @@ def test_bad_file_gets_one_sentence(
         (["bend", "--set", "law=hooke"], "law = 'hooke' must be one of"),
         (
             ["bend", "--out", "/dev/null/x"],
-            "out = '/dev/null/x' must be a folder that can be written",
+            "out = '/dev/null/x' must be a writable folder",
         ),
         (["mesh", "stalk.stl"], "out = 'stalk.stl' must end in .msh"),
     ],

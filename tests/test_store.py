@@ -131,7 +131,7 @@ def test_damage_is_told_once(ask: Ask, tmp_path: Path) -> None:
             file.write_bytes(b"")
             ask()
     assert [str(warning.message) for warning in told] == [
-        f"some results kept in {tmp_path} are damaged; they are computed again"
+        f"some results kept in {tmp_path} are damaged and will be computed again"
     ]
 
 

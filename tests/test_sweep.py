@@ -70,7 +70,7 @@ def test_what_fails_or_ends_early_is_told(
     with ThreadPoolExecutor(1) as pool:
         found = rf.sweep(coarse, {"law": ("svk", "neo_hookean")}, pool, tmp_path)
     assert not found.completed
-    assert found.findings() == ["No run has a maximum of the force."]
+    assert found.findings() == ["No run has a force maximum."]
     assert found.notes()[0].startswith("law = svk: failed: stalk = 1 must be another one")
     rf.write_folder(found, tmp_path / "found")
     check_folder(tmp_path / "found")
@@ -99,7 +99,7 @@ def test_values_of(text: str, values: tuple[object, ...]) -> None:
         ("fixture.span_mm=1:2:3:4", "must be low:high:number"),
         ("fixture.span_mm=1:nan:3", "must be low:high:number"),
         ("fixture.span_mm=1:2:1", "must be low:high:number"),
-        ("fixture.spam_mm=1,2", "is an unknown key, the nearest known one is 'span_mm'"),
+        ("fixture.spam_mm=1,2", "is an unknown key; the nearest known one is 'span_mm'"),
         ("fixture.span_mm=90,900", "must be below the specimen's length"),
     ],
 )

@@ -127,7 +127,7 @@ def plackett_burman(number: int) -> Design:
     try:
         points = np.asarray(pyDOE3.pbdesign(number), dtype=np.float64)
     except (AssertionError, ValueError):
-        allowed = "must leave 4, 12 or 20 times a power of two as the next multiple of 4"
+        allowed = "must have 4, 12 or 20 times a power of two as the next multiple of 4"
         raise SpecificationError("factors", number, allowed) from None
     return Design("Plackett-Burman", points)
 

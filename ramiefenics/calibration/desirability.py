@@ -100,7 +100,7 @@ class Desired:
     def in_words(self) -> str:
         """Return the most desirable point as a sentence."""
         if self.desirability == 0.0:
-            return "No point of the region meets all goals: its desirability is 0 everywhere."
+            return "No point of the region meets all goals: the desirability is 0 everywhere."
         at = self.space.natural(self.best)
         values = ", ".join(f"{n} = {v:.4g}" for n, v in zip(self.space.names, at, strict=True))
         there = ", ".join(
@@ -108,7 +108,7 @@ class Desired:
             f"{response(s.response).unit}"
             for s in self.surfaces
         )
-        return f"Most desirable, {self.desirability:.3g} of 1: {values}, with {there}."
+        return f"Most desirable point ({self.desirability:.3g} of 1): {values}, with {there}."
 
     def numbers(self) -> dict[str, Any]:
         """Return the most desirable point and its desirability."""

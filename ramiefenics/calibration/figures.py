@@ -36,25 +36,26 @@ def of_fit(found: Calibration, fit: Fit) -> dict[str, Picture]:
     if number > 1:
         drawn["optimum"] = Picture(
             partial(optimum_figure, found, fit),
-            "The set of equally good parameters: the share of the other factors' values that "
-            "serve, over every two. Star: the point of the set nearest to the centre of the "
-            "ranges, which is as good as any other. Where no point meets the targets: all that "
-            "miss them about as much.",
+            "The set of equally good parameters: the share of the other factors' values that fit, "
+            "for each pair of factors. Star: the point of the set nearest to the centre of the "
+            "ranges, which is as good as any other. If no point meets the targets, the set has "
+            "all points that miss them by about as much as the best one.",
         )
     if number == 3 and len(fit.misfit.surfaces) == 1 and fit.optimum.met:
         drawn["level"] = Picture(
             partial(level_figure, found, fit),
-            "Where the response is exactly the target, and a standard error beside: any point of "
-            "the surface is as good as any other.",
+            "Points at which the response equals the target, and the target plus or minus one "
+            "standard error: any point of the surface is as good as any other.",
         )
     drawn["profiles"] = Picture(
         partial(profile_figure, found, fit),
         "Profile likelihood: how much chi-squared rises when one parameter is moved and all "
-        "others are adjusted. Where the curve stays below the dashed line the data do not object.",
+        "others are adjusted. Values at which the curve is below the dashed line are compatible "
+        "with the data (95 %).",
     )
     drawn["posterior"] = Picture(
         partial(posterior_figure, found, fit),
-        "Posterior over a flat prior in the region of the design.",
+        "Posterior for a flat prior in the region of the design.",
     )
     return drawn
 
@@ -102,7 +103,7 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
 
     The colour is the share of the values of the other factors for which a point belongs to the set.
     """
-    what = "Share of the other factors' values that serve"
+    what = "Share of the other factors' values that fit"
     points = found.design.region.sample(FILLING, seed=1)
     least = fit.misfit.of(fit.optimum.best[None])
     good = fit.misfit.of(points) <= least + fit.optimum.tolerance
@@ -112,7 +113,7 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
 def desirability_figure(found: Calibration, desired: Desired) -> Figure:
     """Draw the greatest overall desirability over each pair of factors."""
     points = found.design.region.sample(FILLING, seed=1)
-    what = "Desirability, the other factors chosen best"
+    what = "Desirability, other factors at their best"
     return _map_figure(found, points, desired.of(points), "max", desired.best, what)
 
 

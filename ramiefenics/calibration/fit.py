@@ -76,9 +76,10 @@ class Fit:
         told = self._optimum_in_words(runs)
         told += in_words(self.space, self.profiles, self.information)
         if not self.posterior.trusted:
-            told.append("The chain that draws the posterior is short: take it as rough.")
+            told.append("The Markov chain is short, so the posterior is only approximate.")
         if self.confirmation is not None and self.confirmation.ending != "completed":
-            told.append(f"The optimum did not complete: {self.confirmation.ending}.")
+            ending = self.confirmation.ending
+            told.append(f"The simulation at the optimum did not complete: {ending}.")
         return told
 
     def _optimum_in_words(self, runs: pd.DataFrame) -> list[str]:
@@ -104,8 +105,8 @@ class Fit:
         else:
             told.append(
                 "No point of the region meets the targets within their errors: the factors do not "
-                "reach that far, or the model is wrong. What is left at the nearest point counts "
-                "as an error of the model in what follows."
+                "reach that far, or the model is wrong. The misfit that remains at the nearest "
+                "point counts as an error of the model in what follows."
             )
         return told
 
@@ -134,9 +135,12 @@ class Fit:
     def tables(self) -> dict[str, Table]:
         """Return tables of what the data determine, and of the equally good parameters."""
         return {
-            "identifiability": Table(self.identifiability(), "What the data fix."),
+            "identifiability": Table(
+                self.identifiability(), "Which parameters the data determine."
+            ),
             "information": Table(
-                self.combinations(), "Combinations of parameters, the best known first; coded."
+                self.combinations(),
+                "Combinations of the coded parameters, the best determined first.",
             ),
             "optimum_set": Table(self.optimum_set()),
         }

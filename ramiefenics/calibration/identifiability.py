@@ -206,20 +206,21 @@ def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
     low, high = natural(ends[0]), natural(ends[1])
     if found.verdict == OPEN and any(found.by_others):
         return (
-            f"{name} is not determined by these data: it is the ranges of the others, which can "
-            f"make up for it no further, that keep it between {low} and {high}."
+            f"{name} is not determined by these data: it is kept between {low} and {high} only by "
+            "the ranges of the other parameters, which cannot compensate any further."
         )
     if found.verdict == OPEN:
         return (
-            f"{name} is not determined by these data: with the others adjusted, values from {low} "
-            f"to {high}, the ends of its range, serve as well within the errors."
+            f"{name} is not determined by these data: with the others adjusted, all values from "
+            f"{low} to {high}, the ends of its range, fit equally well within the errors."
         )
     if found.verdict == DETERMINED:
         left = f"{100.0 * found.share:.0f} % of its range"
         return f"{name} is determined: {low} to {high} (95 %), which is {left}."
     side = f"at least {low}" if found.verdict == ABOVE else f"at most {high}"
     return (
-        f"{name} is bounded on one side only: {side} (95 %); on the other only the ranges end it."
+        f"{name} is bounded on one side only: {side} (95 %); on the other side only the ranges of "
+        "the parameters limit it."
     )
 
 

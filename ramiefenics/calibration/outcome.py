@@ -84,9 +84,9 @@ class Calibration(Result):
 
     def notes(self) -> list[str]:
         """Return what was run, how the surfaces were fitted, and caveats of their statistics."""
-        end = self.space.coded_high
+        end, kind = self.space.coded_high, self.design.kind
         told = [
-            f"{self.design.kind.capitalize()}, {len(self.design.coded)} runs, of which "
+            f"{kind[0].upper()}{kind[1:]} design, {len(self.design.coded)} runs, of which "
             f"{self.campaign.distinct} differ; {self.campaign.cpu_s:.0f} s of processor time; mesh "
             f"recipe {self.baseline.numerics.mesh.name}. The ends of a range are coded -{end:.4g} "
             f"and {end:.4g}.",
@@ -94,8 +94,8 @@ class Calibration(Result):
         ]
         if self.fit is not None:
             told.append(
-                "Ends of intervals in brackets are where the ranges of the factors end; the data "
-                "would allow more."
+                "An end of an interval in brackets is set by the ranges of the factors; the data "
+                "would allow a wider interval."
             )
         for name, surface in self.surfaces.items():
             told += [f"{response(name).label}: {text}" for text in surface.notes()]
@@ -140,13 +140,13 @@ class Calibration(Result):
         quality = {name: pd.DataFrame([s.quality]) for name, s in self.surfaces.items()}
         return {
             **({} if self.fit is None else self.fit.tables()),
-            "factors": Table(self._factors(), "What was varied."),
-            "runs": Table(self.runs, "The design, coded and natural, with the responses."),
-            "quality": Table(stack(quality, "response"), "How well surfaces predict."),
+            "factors": Table(self._factors(), "Factors that were varied."),
+            "runs": Table(self.runs, "The design in coded and natural units, with the responses."),
+            "quality": Table(stack(quality, "response"), "How well the surfaces predict."),
             **{
                 name: Table(self._of_surfaces(name), caption)
                 for name, caption in (
-                    ("coefficients", "Of the surfaces, in coded units."),
+                    ("coefficients", "Coefficients of the surfaces, in coded units."),
                     ("anova", "Analysis of variance."),
                     ("diagnostics", ""),
                 )
@@ -181,7 +181,8 @@ class Calibration(Result):
         if self.desired is not None and several:
             drawn["desirability"] = Picture(
                 partial(figures.desirability_figure, self, self.desired),
-                "How far all goals are met together. Star: the most desirable point.",
+                "Overall desirability, with the other factors at their best values. Star: the "
+                "most desirable point.",
             )
         for name in self.surfaces:
             drawn |= surface_figures.of_response(self, name)

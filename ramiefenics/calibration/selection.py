@@ -10,11 +10,12 @@ from ramiefenics.calibration.terms import Term, contains, model_terms
 from ramiefenics.specification import SpecificationError
 
 RULES = {
-    "p": "hierarchical backward elimination: the term of largest p goes as long as p is above "
-    "0.05, and no term goes while a product or square that contains it stays",
-    "aicc": "hierarchical backward elimination: the term goes whose loss lowers AICc most, and no "
-    "term goes while a product or square that contains it stays",
-    "none": "all terms of the model",
+    "p": "hierarchical backward elimination; the term with the largest p is removed as long as p "
+    "exceeds 0.05, but a term stays as long as the model has a product or square that contains it",
+    "aicc": "hierarchical backward elimination; the term whose removal lowers AICc most is removed "
+    "as long as one does, but a term stays as long as the model has a product or square that "
+    "contains it",
+    "none": "all are kept",
 }
 """Descriptions of the rules, by name.
 

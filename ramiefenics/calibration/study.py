@@ -60,9 +60,11 @@ class Response:
         check_text(self, "name")
         response(self.name)
         if self.target is not None and self.dataset is not None:
-            raise SpecificationError("dataset", self.dataset, "must be left out beside a target")
+            allowed = "must be left out if there is a target"
+            raise SpecificationError("dataset", self.dataset, allowed)
         if (self.target is None) != (self.error is None):
-            raise SpecificationError("error", self.error, "must be given with a target, only then")
+            allowed = "must be given if and only if there is a target"
+            raise SpecificationError("error", self.error, allowed)
         if self.target is not None:
             check_number(self, "target")
             check_number(self, "error", above=0.0)
@@ -143,7 +145,7 @@ class Study:
             allowed = f"must be more than the {len(terms)} terms of the {self.polynomial} model"
             raise SpecificationError("distinct runs of the design", len(points), allowed)
         if np.linalg.matrix_rank(model_matrix(points, terms)) < len(terms):
-            allowed = "must be one whose terms the design tells apart, such as 'linear'"
+            allowed = "must be one whose terms the design can tell apart, such as 'linear'"
             raise SpecificationError("model", self.polynomial, allowed)
 
     def plan(self) -> Design:
@@ -214,10 +216,15 @@ def _observed(dataset: Dataset, wanted: list[Response]) -> Array:
     """Return the responses of all specimens, shape (specimens, responses)."""
     number = len(dataset.specimens)
     if number < len(dataset.records):
-        allowed = "must be one for every specimen: others have other means, and are not independent"
+        allowed = (
+            "must be one per specimen: further curves have different means, and are not independent"
+        )
         raise SpecificationError(f"curves in {dataset.folder}", len(dataset.records), allowed)
     if number <= len(wanted):
-        allowed = f"must be more than the {len(wanted)} responses read off them, for an error"
+        allowed = (
+            f"must be more than the {len(wanted)} responses read from their curves, so that an "
+            "error can be estimated"
+        )
         raise SpecificationError(f"specimens in {dataset.folder}", number, allowed)
     seen = np.empty((number, len(wanted)))
     for column, entry in enumerate(wanted):
@@ -225,7 +232,7 @@ def _observed(dataset: Dataset, wanted: list[Response]) -> Array:
         for row, record in enumerate(dataset.records):
             seen[row, column] = found.of(record.curve)
             if not np.isfinite(seen[row, column]):
-                allowed = f"must be a response that the curve of {record.name} shows"
+                allowed = f"must be a response that can be read from the curve of {record.name}"
                 raise SpecificationError("responses", entry.name, allowed)
     return seen
 
@@ -268,5 +275,6 @@ def read_named(cls: type[T], study: str | Path, shipped: Path) -> T:
         path = shipped / f"{study}.toml"
     data = read_toml(path)
     if "folder" in data:
-        raise SpecificationError("folder", data["folder"], "is set by where the study lies")
+        allowed = "must be left out: it is the folder of the study's file"
+        raise SpecificationError("folder", data["folder"], allowed)
     return from_dict(cls, {**data, "folder": str(path.parent)})

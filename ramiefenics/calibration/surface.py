@@ -210,8 +210,8 @@ class Surface:
         if self.merged:
             told.append(
                 f"{self.merged} repeats gave the same number to all digits, as a deterministic "
-                "simulation does: they count once, there is no pure error, and t, F and p weigh "
-                "terms against what the polynomial misses, not against noise."
+                "simulation does: they count once, there is no pure error, and t, F and p compare "
+                "terms with the lack of fit of the polynomial, not with noise."
             )
         elif not self._pure_error()[1]:
             told.append("No run is repeated: lack of fit cannot be told from pure error.")
@@ -222,8 +222,8 @@ class Surface:
         strong = table.index[table["cook"] > 1.0] + 1
         if len(strong):
             told.append(
-                f"Fitted runs {_listed(strong)} have a Cook's distance above 1: the surface hangs "
-                "on them."
+                f"Fitted runs {_listed(strong)} have a Cook's distance above 1: they dominate the "
+                "fit."
             )
         return told
 
@@ -255,14 +255,17 @@ def fit_surface(
     points, values = np.asarray(points)[known], np.asarray(values)[known]
     points, values, merged = _merge(points, values)
     if len(values) <= len(terms):
-        allowed = f"must be more than the {len(terms)} terms of the model, distinct and completed"
+        allowed = (
+            f"must be more than the {len(terms)} terms of the model; only distinct, completed "
+            "runs count"
+        )
         raise SpecificationError(f"runs with {response}", len(values), allowed)
     matrix = model_matrix(points, terms)
     if np.linalg.matrix_rank(matrix) < len(terms):
         raise SpecificationError(
             "model",
             f"{len(terms)} terms",
-            "must be one that the design tells apart, such as 'linear'; some terms are aliases",
+            "must be one whose terms the design can tell apart, such as 'linear'; some are aliases",
         )
     return Surface(response, tuple(names), tuple(terms), points, values, merged)
 

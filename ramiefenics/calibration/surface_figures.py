@@ -40,11 +40,12 @@ def of_response(found: Calibration, name: str) -> dict[str, Picture]:
         )
         drawn[f"main_effects_{name}"] = Picture(
             partial(main_effects_figure, found, name),
-            f"{label} over each factor, the others at the centre of the design, with the surface's "
-            "95 % confidence band. White: runs that differ by this factor alone.",
+            f"{label} against each factor, with the others at the centre of the design and the "
+            "surface's 95 % confidence band. White: runs that differ from the centre in this "
+            "factor only.",
         )
     drawn[f"diagnostics_{name}"] = Picture(
-        partial(diagnostics_figure, found.surfaces[name]), f"{label}: what the surface leaves."
+        partial(diagnostics_figure, found.surfaces[name]), f"{label}: residuals of the surface."
     )
     return drawn
 

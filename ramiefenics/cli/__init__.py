@@ -77,7 +77,7 @@ def bend(
     effect: Amplitudes = None,
     effects: EffectFiles = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Write animation.gif, too: the bend as a film.")
+        bool, typer.Option("--animate", help="Also write animation.gif, a film of the test.")
     ] = False,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
@@ -108,7 +108,7 @@ def mesh(
     """Write the mesh of a stalk, with physical names, as a Gmsh file."""
     test = load_test(spec, mesh, None, assign)
     if out.suffix != ".msh" or not out.parent.is_dir():
-        raise SpecificationError("out", str(out), "must end in .msh, in a folder that exists")
+        raise SpecificationError("out", str(out), "must end in .msh, in an existing folder")
     from ramiefenics.model.tube import write_tube
 
     write_tube(test, out)
@@ -139,7 +139,7 @@ def new(
     from ramiefenics.specification.explained import explained
 
     if out.suffix != ".toml" or not out.parent.is_dir() or out.exists():
-        allowed = "must end in .toml, in a folder that exists, and be no file yet"
+        allowed = "must end in .toml, in an existing folder, and must not exist yet"
         raise SpecificationError("out", str(out), allowed)
     test = load_test(spec, mesh, law, assign)
     if MPI.COMM_WORLD.rank == 0:
@@ -155,7 +155,10 @@ def _tell_version(wanted: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell it.")
+        bool,
+        typer.Option(
+            "--version", callback=_tell_version, is_eager=True, help="Print the version and exit."
+        ),
     ] = False,
 ) -> None:
     """Simulate bending tests on plant stalks."""

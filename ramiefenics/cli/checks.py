@@ -29,10 +29,13 @@ from ramiefenics.specification import SpecificationError, SpecificationWarning
 def converge_command(
     spec: Spec = "table3",
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME-convergence if none.")
+        Path | None,
+        typer.Option(help="Folder of the results; results/NAME-convergence by default."),
     ] = None,
-    order: Annotated[int, typer.Option(help="Of the elements: 1 or 2.")] = 2,
-    meshes: Annotated[int, typer.Option(help="How many of the ladder's, from the coarsest.")] = 5,
+    order: Annotated[int, typer.Option(help="Order of the elements: 1 or 2.")] = 2,
+    meshes: Annotated[
+        int, typer.Option(help="Number of meshes of the ladder, from the coarsest.")
+    ] = 5,
     law: LawName = None,
     assign: Assignments = None,
 ) -> None:
@@ -60,7 +63,7 @@ def explicit_command(
     law: LawName = None,
     assign: Assignments = None,
     implicit: Annotated[
-        bool, typer.Option(help="Bend the stalk quasi-statically first, to compare with.")
+        bool, typer.Option(help="Bend the stalk quasi-statically first, for comparison.")
     ] = True,
 ) -> None:
     """Bend a stalk with inertia, in explicit time steps, and compare with the quasi-static curve.
@@ -91,7 +94,8 @@ def verify_command(
     studies: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Which; all by default, see docs/verification.md. The word list names them."
+            help="Studies to run; all by default (see docs/verification.md). The word list prints "
+            "their names."
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),

@@ -108,7 +108,7 @@ def claim(folder: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Path:
         except SpecificationError as error:
             refused = error.allowed
         except OSError as error:
-            refused = f"must be a folder that can be written ({error})"
+            refused = f"must be a writable folder ({error})"
     refused = comm.bcast(refused)
     if refused is not None:
         raise SpecificationError("out", str(folder), refused)
@@ -118,7 +118,7 @@ def claim(folder: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Path:
 def _check_writable(folder: Path) -> None:
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        allowed = f"must be a folder that can be written, but {existing} cannot"
+        allowed = f"must be a writable folder, but {existing} is not one"
         raise SpecificationError("out", str(folder), allowed)
 
 
@@ -130,12 +130,15 @@ def resumable() -> Iterator[None]:
     except KeyboardInterrupt:
         why, status = "interrupted", 130
     except BrokenExecutor as error:
-        died = "a worker died, of lack of memory perhaps"
+        died = "a worker died, perhaps for lack of memory"
         why, status = str(error) if type(error) is BrokenExecutor else died, 1
     else:
         return
     if MPI.COMM_WORLD.rank == 0:
-        typer.echo(f"ramiefenics: {why}; what is simulated is kept, so run it again", err=True)
+        typer.echo(
+            f"ramiefenics: {why}; finished simulations are kept: run the command again to go on",
+            err=True,
+        )
     raise typer.Exit(status)
 
 
@@ -161,5 +164,5 @@ def tell_ending(ending: Ending, kept: bool = False) -> None:
         Whether the same command, run again, continues from there.
     """
     if ending.kind != "completed" and MPI.COMM_WORLD.rank == 0:
-        more = "; run it again to go on" if kept and ending.kind == "interrupted" else ""
+        more = "; run the command again to go on" if kept and ending.kind == "interrupted" else ""
         typer.echo(f"ramiefenics: not completed: {ending.reason}{more}", err=True)

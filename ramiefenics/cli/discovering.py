@@ -32,7 +32,7 @@ def discover_command(
     mesh: MeshName = None,
     suspect: SuspectNames = None,
     effects: EffectFiles = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind probabilities.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws behind probabilities.")] = 0,
 ) -> None:
     """Find what a simulation of measured curves lacks, and how much adding it improves it."""
     folder = claim(out or Path("results") / Path(dataset).resolve().name, MPI.COMM_SELF)
@@ -67,17 +67,20 @@ def plan_command(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE,...",
-            help="Settings of another test that each stalk could be given; may be repeated. By "
+            help="Settings of a further test that each stalk could be given; may be repeated. By "
             "default a shorter span, a blunter indenter, and unloading.",
         ),
     ] = None,
     suspect: PlannedNames = None,
     effects: EffectFiles = None,
-    stalks: Annotated[int | None, typer.Option(help="How many there are to be.")] = None,
+    stalks: Annotated[int | None, typer.Option(help="Number of stalks to be tested.")] = None,
     fit_sd: Annotated[
-        float | None, typer.Option(help="How well moduli are known, sd of their logarithms.")
+        float | None,
+        typer.Option(help="Uncertainty of the moduli: standard deviation of their logarithms."),
     ] = None,
-    noise: Annotated[float | None, typer.Option(help="Of the curves, over their peak.")] = None,
+    noise: Annotated[
+        float | None, typer.Option(help="Noise of the curves, relative to their peak.")
+    ] = None,
     mesh: MeshName = None,
     law: LawName = None,
     assign: Assignments = None,

@@ -47,9 +47,9 @@ def doctor_command() -> None:
     for finding in findings():
         typer.echo(f"{finding.what:<24}{finding.found}")
         if finding.advice:
-            typer.echo(f"{'':<24}mend: {finding.advice}")
+            typer.echo(f"{'':<24}fix: {finding.advice}")
             wrong += 1
-    typer.echo(f"{wrong} to mend" if wrong else "nothing to mend")
+    typer.echo(f"{wrong} to fix" if wrong else "nothing to fix")
     if wrong:
         raise typer.Exit(1)
 
@@ -76,7 +76,7 @@ def _machine() -> Iterator[Finding]:
     yield Finding("memory", f"{memory / GIGABYTE:.1f} GiB", advice)
     threads = os.environ.get("OMP_NUM_THREADS")
     many = cores > 1 and threads != "1"
-    advice = "export OMP_NUM_THREADS=1: processes that run side by side share the cores" * many
+    advice = "export OMP_NUM_THREADS=1, as simulations side by side share the cores" * many
     yield Finding("OMP_NUM_THREADS", threads or "not set", advice)
 
 
@@ -94,9 +94,9 @@ def _single_precision() -> Finding:
     try:
         library()
     except VerificationError:
-        advice = "install MUMPS with its headers (Debian: libmumps-dev), for runs half as long"
-        return Finding("MUMPS in single", "none, double serves", advice)
-    return Finding("MUMPS in single", "there")
+        advice = "install MUMPS with its headers (Debian: libmumps-dev), which halves the run time"
+        return Finding("single-precision MUMPS", "not found, double is used", advice)
+    return Finding("single-precision MUMPS", "found")
 
 
 def _caches() -> Iterator[Finding]:
@@ -108,11 +108,11 @@ def _caches() -> Iterator[Finding]:
         size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
         there = next(path for path in (folder, *folder.parents) if path.exists())
         writable = os.access(there, os.W_OK | os.X_OK)
-        advice = "" if writable else "set XDG_CACHE_HOME to a folder that can be written"
+        advice = "" if writable else "set XDG_CACHE_HOME to a writable folder"
         yield Finding(name, f"{folder}, {size / 2**20:.0f} MiB", advice)
-    for name, folder in {"disk for those": there, "disk here": Path.cwd()}.items():
+    for name, folder in {"disk of the caches": there, "disk of this folder": Path.cwd()}.items():
         free = shutil.disk_usage(folder).free
-        advice = "" if free > LEAST_DISK else "make room, or set XDG_CACHE_HOME"
+        advice = "" if free > LEAST_DISK else "free disk space, or set XDG_CACHE_HOME"
         yield Finding(name, f"{free / GIGABYTE:.1f} GiB free", advice)
 
 

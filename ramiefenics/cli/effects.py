@@ -21,14 +21,14 @@ ALL = "all"
 
 EffectFiles = Annotated[
     list[str] | None,
-    typer.Option("--effects", metavar="FILE.py", help="Effects of your own, in a Python file."),
+    typer.Option("--effects", metavar="FILE.py", help="Python file with effects of your own."),
 ]
 Amplitudes = Annotated[
     list[str] | None,
     typer.Option(
         "--effect",
         metavar="NAME=AMPLITUDE",
-        help="Put an effect in, see ramiefenics effects; several in the order given.",
+        help="Add an effect (see ramiefenics effects); several are added in the order given.",
     ),
 ]
 SuspectNames = Annotated[
@@ -36,8 +36,8 @@ SuspectNames = Annotated[
     typer.Option(
         "--suspect",
         metavar="NAME",
-        help="A shipped effect to try, or all; by default all but those which a single loading "
-        f"hardly tells from others ({', '.join(sorted(EFFECTS.keys() - SUSPECTS))}). "
+        help="A shipped effect to try, or all; by default all but those that a single loading can "
+        f"hardly tell from others ({', '.join(sorted(EFFECTS.keys() - SUSPECTS))}). "
         "May be repeated.",
     ),
 ]
@@ -51,7 +51,7 @@ PlannedNames = Annotated[
 
 def effects_command(
     name: Annotated[
-        str | None, typer.Argument(help="Of the effect to tell about; all if none.")
+        str | None, typer.Argument(help="Effect to describe; by default all are listed.")
     ] = None,
     files: EffectFiles = None,
 ) -> None:
@@ -97,7 +97,8 @@ def add_effects(test: BendingTest, given: list[str] | None, files: list[str] | N
     changed = with_effects(test, [(known[name], value) for name, value in amplitudes.items()])
     before, after = test.numerics.domain, changed.numerics.domain
     if before != after and MPI.COMM_WORLD.rank == 0:
-        typer.echo(f"note: the {after} model, as the {before} one has not all of it", err=True)
+        why = f"the effects break the symmetry of the {before} one"
+        typer.echo(f"note: the {after} model is used, as {why}", err=True)
     return changed
 
 
@@ -112,7 +113,7 @@ def _named(name: str, known: dict[str, Effect], option: str) -> Effect:
     if name not in known:
         near = difflib.get_close_matches(name, known, n=1)
         hint = f", the nearest is {near[0]!r}" if near else ""
-        allowed = f"is no effect{hint}; known: {', '.join(known)}"
+        allowed = f"is not an effect{hint}; known: {', '.join(known)}"
         raise SpecificationError(option, name, allowed)
     return known[name]
 
@@ -138,8 +139,8 @@ def _told(effect: Effect) -> str:
         effect.name: effect.physics,
         "Reference": effect.reference,
         "Amplitude": f"{low:g} to {high:g}{_unit(effect)}, typically {effect.typical:g}"
-        + (", another one in every specimen" if effect.per_specimen else "")
-        + (f"; for a span of {effect.span_mm:g} mm, in proportion" if effect.span_mm else ""),
+        + (", different in every specimen" if effect.per_specimen else "")
+        + (f"; for a span of {effect.span_mm:g} mm, proportional to it" if effect.span_mm else ""),
         "Enters": effect.enters,
         "Comes with": ", ".join(map(str, effect.companions)),
         "Covariates": ", ".join(effect.covariates.values()),

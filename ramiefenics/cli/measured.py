@@ -16,35 +16,38 @@ from ramiefenics.specification import SpecificationError
 
 def import_command(
     raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine, one per specimen.")],
-    out: Annotated[Path, typer.Option(help="Folder of the data set to make.")],
+    out: Annotated[Path, typer.Option(help="Folder of the data set to create.")],
     baseline: Annotated[
         str,
         typer.Option(
             metavar="FILE.toml|NAME",
-            help="What stands for the specimens: a specification, or a published test of ramie.",
+            help="Baseline of the specimens: a specification, or a published test of ramie.",
         ),
     ],
     format: Annotated[
         str | None,
         typer.Option(
             metavar="NAME|FILE.py",
-            help="Of the files: headings, columns or another that docs/measured.md has, or a "
-            "Python file with a reader of yours. By default what takes the first file.",
+            help="Format of the files: headings, columns (see docs/measured.md), or a Python file "
+            "with a reader of your own. By default the first format that can read the first file.",
         ),
     ] = None,
     columns: Annotated[
         str | None,
         typer.Option(
             metavar="NAMES",
-            help="What the columns are, in order, for instance time_s,force_N; - for none. "
-            "By default displacement_mm,force_N. Only for formats that do not say it.",
+            help="Meaning of the columns, in order, for instance time_s,force_N; - for a column to "
+            "ignore. By default displacement_mm,force_N. Only for formats that do not state it.",
         ),
     ] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Of the crosshead, mm/min; needed for time and force.")
+        float | None,
+        typer.Option(
+            help="Speed of the crosshead, mm/min; needed if no column has the displacement."
+        ),
     ] = None,
     rate: Annotated[
-        float | None, typer.Option(help="Rows per second, where there is no column of time.")
+        float | None, typer.Option(help="Rows per second, if no column has the time.")
     ] = None,
 ) -> None:
     """Make a data-set folder from raw files of a testing machine."""
@@ -76,16 +79,19 @@ def reduce_command(
     ] = None,
     by: Annotated[
         str | None,
-        typer.Option(metavar="COLUMN", help="Of specimens.csv or tests.csv; it names the groups."),
+        typer.Option(
+            metavar="COLUMN", help="Column of specimens.csv or tests.csv that names the groups."
+        ),
     ] = None,
     within: Annotated[
         str | None,
         typer.Option(
             metavar="COLUMN",
-            help="What curves of a group share, such as their plant, where groups are compared.",
+            help="Column of what dependent curves share, such as their plant, for the comparison "
+            "of groups.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the resampling behind intervals.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the resampling behind intervals.")] = 0,
 ) -> None:
     """Reduce measured curves to slopes, peaks, energies and strengths, and compare groups."""
     folder = claim(
@@ -125,7 +131,7 @@ def compare_command(
     given = {path.name: read_bend(path) for path in simulated or []}
     if len(given) < len(simulated or []):
         names = ", ".join(str(path) for path in simulated or [])
-        raise SpecificationError("RUN", names, "must be folders of different names")
+        raise SpecificationError("RUN", names, "must be folders with different names")
     if given:
         finish(compare(asked, given), folder)
         return

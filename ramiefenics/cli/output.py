@@ -36,14 +36,14 @@ Verbosity = Annotated[
         count=True,
         show_default=False,
         metavar="",
-        help="Tell the steps on standard error; -vv: residuals, and where a refusal comes from.",
+        help="Log the steps to standard error; -vv: also residuals, and the origin of refusals.",
     ),
 ]
 Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Tell errors only: no progress, no notes, no text.")
+    bool, typer.Option("--quiet", "-q", help="Print errors only: no progress, notes or text.")
 ]
 Json = Annotated[
-    bool, typer.Option("--json", help="Print the summary as JSON in place of the text.")
+    bool, typer.Option("--json", help="Print the summary as JSON instead of the text.")
 ]
 
 

@@ -15,16 +15,18 @@ TABLE_5 = "table5"
 
 def reconcile_command(
     table: Annotated[
-        str, typer.Argument(help="A CSV file, see docs/published_tables.md, or table5.")
+        str, typer.Argument(help="A CSV file (see docs/published_tables.md), or table5.")
     ] = TABLE_5,
     published: Annotated[
         Path | None,
-        typer.Option(help="What was published about it; the table's name with .toml by default."),
+        typer.Option(
+            help="TOML file of what was published about it; by default the table's name with .toml."
+        ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME-reconciled if none.")
+        Path | None, typer.Option(help="Folder of the results; results/NAME-reconciled by default.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the draws behind the probability.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws behind the probability.")] = 0,
 ) -> None:
     """Repair a misprinted central composite design from what was published about it."""
     folder = claim(out or Path("results") / f"{Path(table).stem}-reconciled", MPI.COMM_SELF)

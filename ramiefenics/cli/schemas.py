@@ -19,7 +19,7 @@ class Kind(StrEnum):
 
 
 def schema_command(
-    kind: Annotated[Kind, typer.Argument(help="Of file.")] = Kind.specification,
+    kind: Annotated[Kind, typer.Argument(help="Kind of file.")] = Kind.specification,
 ) -> None:
     """Print the JSON schema of a kind of TOML file, with which editors complete its keys.
 

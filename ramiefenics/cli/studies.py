@@ -25,10 +25,13 @@ def calibrate_command(
     workers: Executor,
     study: Annotated[
         str,
-        typer.Argument(help="A TOML file, see docs/calibration.md, or table4, the published one."),
+        typer.Argument(
+            help="A TOML file (see docs/calibration.md), or table4, the published study."
+        ),
     ] = "table4",
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME-calibration if none.")
+        Path | None,
+        typer.Option(help="Folder of the results; results/NAME-calibration by default."),
     ] = None,
 ) -> None:
     """Simulate a designed study, fit surfaces, calibrate, and report what the data determine."""
@@ -77,10 +80,12 @@ def validate_command(
     workers: Executor,
     study: Annotated[
         str,
-        typer.Argument(help="A TOML file, see docs/validation.md, or published, the study's."),
+        typer.Argument(
+            help="A TOML file (see docs/validation.md), or published, for the published stalks."
+        ),
     ] = "published",
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; results/NAME-validation if none.")
+        Path | None, typer.Option(help="Folder of the results; results/NAME-validation by default.")
     ] = None,
 ) -> None:
     """Calibrate on some stalks, predict others, and compare with simpler predictors."""

@@ -17,18 +17,18 @@ from ramiefenics.specification import SpecificationError
 
 Jobs = Annotated[
     int | None,
-    typer.Option(min=1, help="Simulations at a time; as many as there are cores by default."),
+    typer.Option(min=1, help="Number of simulations at a time; by default that of the cores."),
 ]
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        metavar="ADDRESS", help="Of a Dask scheduler, whose workers are to do the simulations."
+        metavar="ADDRESS", help="Address of a Dask scheduler whose workers run the simulations."
     ),
 ]
 Pool = Annotated[
     str | None,
     typer.Option(
-        metavar="mpi", help="mpi: the other ranks of mpirun are to do them, each its own."
+        metavar="mpi", help="mpi: the other ranks of mpirun run the simulations, one on each."
     ),
 ]
 OPTIONS = {"jobs": (None, Jobs), "scheduler": (None, Scheduler), "pool": (None, Pool)}

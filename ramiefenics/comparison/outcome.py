@@ -67,7 +67,7 @@ class Pair:
             low = max(low, float(curve["displacement_mm"].iloc[0]))
             high = min(high, float(curve["displacement_mm"].iloc[-1]))
         if not low < high:
-            allowed = f"must reach displacements that {self.record.name} has, above {low:.4g} mm"
+            allowed = f"must reach displacements of {self.record.name}, above {low:.4g} mm"
             raise SpecificationError(self.name, high, allowed)
         return np.asarray(np.linspace(low, high, POINTS))
 
@@ -138,10 +138,11 @@ class Comparison(Result):
     def findings(self) -> list[str]:
         """Return how far each simulation is from the measured curves."""
         return [
-            f"{name}: {np.sqrt((rows['rms_percent'] ** 2).mean()):.3g} % of the maximum as root "
-            f"mean square, {rows['mean_percent'].mean():+.3g} % in the mean; maxima "
+            f"{name}: over {len(rows)} measured curves, root mean square difference "
+            f"{np.sqrt((rows['rms_percent'] ** 2).mean()):.3g} % of the maximum, mean difference "
+            f"{rows['mean_percent'].mean():+.3g} %; error of the maximum "
             f"{rows['max_error_percent'].mean():+.3g} % ({rows['max_error_percent'].min():+.3g} to "
-            f"{rows['max_error_percent'].max():+.3g} %) of {len(rows)} measured ones."
+            f"{rows['max_error_percent'].max():+.3g} %)."
             for name, rows in self.table.groupby("simulated", sort=False)
         ]
 
@@ -185,7 +186,8 @@ class Comparison(Result):
 
         return {
             "comparison": Picture(
-                partial(comparison_figure, self), "Measured and simulated curves, and what is left."
+                partial(comparison_figure, self),
+                "Measured and simulated curves, and their differences.",
             )
         }
 

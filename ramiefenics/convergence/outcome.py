@@ -101,8 +101,8 @@ class Convergence(Result):
         if self.meshes["steps"].nunique() > 1:
             few, many = self.meshes["steps"].min(), self.meshes["steps"].max()
             told.append(
-                f"{few} to {many} steps were taken: some of the differences are not the mesh's, "
-                "see numerics.stepping.max_step_mm"
+                f"{few} to {many} steps were taken: some of the differences are not due to the "
+                "mesh, see numerics.stepping.max_step_mm"
             )
         return told
 
@@ -173,8 +173,8 @@ class Convergence(Result):
             "convergence": Table(self.meshes, "One row per mesh."),
             "richardson": Table(
                 self._extrapolations(),
-                "What the three finest meshes tell of each quantity. Index, change, spread and "
-                "uncertainty are shares of the finest's value.",
+                "Extrapolation of each quantity from the three finest meshes. Index, change, "
+                "spread and uncertainty are relative to the value on the finest mesh.",
             ),
             "curves": Table(stack(curves, "mesh")),
         }
@@ -194,11 +194,11 @@ class Convergence(Result):
         return {
             "curves": Picture(
                 partial(figures.curves_figure, self),
-                "Force against travel on all meshes; a cross where a run ended early.",
+                "Force against travel on all meshes; a cross marks a run that ended early.",
             ),
             "error": Picture(
                 partial(figures.error_figure, self),
-                "Errors over size and cost of a mesh.",
+                "Errors against size and cost of the mesh.",
             ),
         }
 

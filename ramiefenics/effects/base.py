@@ -106,7 +106,7 @@ class Effect:
             raise SpecificationError("effect.name", self.name, "must be one word")
         low, high = self.bounds
         if not low <= 0.0 <= high or low == high:
-            allowed = "must be a lower and an upper limit with zero between them or on one"
+            allowed = "must be a lower and an upper limit, with zero between or equal to one"
             raise SpecificationError(f"effect {self.name}.bounds", self.bounds, allowed)
         if self.typical == 0.0 or not low <= self.typical <= high:
             raise SpecificationError(
@@ -135,7 +135,8 @@ class Effect:
         known = {companion.name for companion in self.companions}
         for name, value in values.items():
             if name not in known:
-                allowed = f"is no companion, of which it has {', '.join(sorted(known)) or 'none'}"
+                names = ", ".join(sorted(known)) or "none"
+                allowed = f"is not a companion of this effect; known: {names}"
                 raise SpecificationError(f"effect {self.name}.{name}", value, allowed)
         companions = tuple(replace(c, median=values.get(c.name, c.median)) for c in self.companions)
         return replace(self, apply=partial(self.apply, **values), companions=companions)

@@ -19,8 +19,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 BIMODULAR_FIBRE = Effect(
     name="bimodular_fibre",
-    physics="Fibres are softer in compression than in tension, and the neutral axis moves to the "
-    "side that is pulled; the amplitude is the share of the axial stiffness that is missing in "
+    physics="Fibres are softer in compression than in tension, and the neutral axis moves towards "
+    "the tension side; the amplitude is the share of the axial stiffness that is missing in "
     "compression.",
     reference="Ambartsumyan 1986, Elasticity Theory of Different Moduli",
     unit="1",

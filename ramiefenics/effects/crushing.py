@@ -13,9 +13,9 @@ def _apply(test: BendingTest, amplitude: float, crushing_strain: float = 0.05) -
 
 CRUSHING = Effect(
     name="crushing",
-    physics="Cells under the cylinders, and where the void flattens, collapse across the fibres "
-    "and stay so until all are closed: of the section's strain beyond crushing_strain a share is "
-    "for good, which is the amplitude.",
+    physics="Cells under the cylinders, and where the void flattens, collapse permanently across "
+    "the fibres, until all are closed: the amplitude is the permanent share of the section's "
+    "strain beyond crushing_strain.",
     reference="Gibson and Ashby 1997, Cellular Solids, section 5.3",
     unit="1",
     bounds=(0.0, 1.0),

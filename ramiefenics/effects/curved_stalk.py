@@ -13,9 +13,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 CURVED_STALK = Effect(
     name="curved_stalk",
-    physics="The stalk's axis is an arc before it is touched: towards the indenter, which moves "
-    "the contacts on the supports outwards, or, with a negative amplitude, away from it; the "
-    "amplitude is its curvature, k, by which it rises k L^2 / 8 over a span L.",
+    physics="The stalk's axis is an arc before it is touched: it bows towards the indenter, which "
+    "moves the contacts on the supports outwards, or, with a negative amplitude, away from it; the "
+    "amplitude is its curvature k, with which it rises by k L^2 / 8 over a span L.",
     reference="Timoshenko and Gere 1961, Theory of Elastic Stability, chapter 7",
     unit="1/m",
     bounds=(-3.0, 3.0),

@@ -14,7 +14,7 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 DISPLACEMENT_SCALE = Effect(
     name="displacement_scale",
     physics="The displacement of the drive is recorded too large, or too small, by a factor; the "
-    "amplitude is what that differs from one by.",
+    "amplitude is this factor minus one.",
     reference="ISO 9513:2012 (calibration of extensometer systems)",
     unit="1",
     bounds=(-0.2, 0.2),

@@ -10,7 +10,7 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
     if amplitude == 0.0:
         return test
     if test.stalk.void_diameter_mm == 0.0:
-        allowed = "must be above 0 mm for the effect eccentric_void: there is none to move"
+        allowed = "must be above 0 mm for the effect eccentric_void: there is no void to move"
         raise SpecificationError("stalk.void_diameter_mm", 0.0, allowed)
     offset = test.stalk.void_offset_mm + amplitude
     return replace(test, stalk=replace(test.stalk, void_offset_mm=offset))
@@ -18,8 +18,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 ECCENTRIC_VOID = Effect(
     name="eccentric_void",
-    physics="The void is nearer to the indenter than to the opposite side, or farther: the wall is "
-    "thinner there, and the section's second moment smaller.",
+    physics="The void is nearer to the indenter than to the opposite side, or, with a negative "
+    "amplitude, farther from it: the wall is thinner on one side, and the section's second moment "
+    "of area is smaller.",
     reference="Niklas 1992, Plant Biomechanics",
     unit="mm",
     bounds=(-2.5, 2.5),

@@ -15,9 +15,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 FIBRE_STRENGTH = Effect(
     name="fibre_strength",
-    physics="Pressed fibres kink at another stress than was assumed, as they are more or less "
-    "straight; the amplitude is what its factor differs by from one. Above "
-    "large_strain.shear_residual_tangent it is refused: the matrix would not hold them.",
+    physics="Compressed fibres kink at a different stress from the one assumed, depending on how "
+    "straight they are; the amplitude is the relative change of that stress. A strength above "
+    "large_strain.shear_residual_tangent is refused: the matrix would not hold the fibres.",
     reference="Budiansky and Fleck 1993, Journal of the Mechanics and Physics of Solids 41, "
     "183-211",
     unit="1",

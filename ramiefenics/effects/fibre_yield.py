@@ -13,8 +13,8 @@ def _apply(test: BendingTest, amplitude: float, yield_strain: float = 0.01) -> B
 
 FIBRE_YIELD = Effect(
     name="fibre_yield",
-    physics="Fibres that are pulled or pressed too far stay longer or shorter: of their strain "
-    "beyond yield_strain a share is plastic, which is the amplitude, and the rest hardens them.",
+    physics="Fibres strained beyond yield_strain in tension or compression deform permanently: the "
+    "amplitude is the plastic share of the strain beyond yield; the rest hardens them.",
     reference="Keckes and others 2003, Nature Materials 2, 810-813",
     unit="1",
     bounds=(0.0, 0.95),

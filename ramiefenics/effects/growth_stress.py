@@ -14,9 +14,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 GROWTH_STRESS = Effect(
     name="growth_stress",
-    physics="Fibres are in tension outside and in compression inside, in balance, before the stalk "
-    "is touched, so that those of its compressed side give way later; the amplitude is the strain "
-    "at the surface.",
+    physics="Fibres are in tension outside and in compression inside, in equilibrium, before the "
+    "stalk is touched, so that fibres on the compressed side give way later; the amplitude is the "
+    "strain at the surface.",
     reference="Archer 1986, Growth Stresses and Strains in Trees; Kutschera 1989, Physiologia "
     "Plantarum 77, 157-163",
     unit="1",

@@ -16,9 +16,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 IRREVERSIBLE_DAMAGE = Effect(
     name="irreversible_damage",
-    physics="Fibres fail one by one when strained, as with fibre_damage, and are missing ever "
-    "after: unloading and loading again follow the secant; the amplitude is the share of their "
-    "stress lost at a tensile strain of 0.05. A single loading does not tell the two apart.",
+    physics="Fibres fail one by one when strained, as with fibre_damage, and never recover: "
+    "unloading and reloading follow the secant; the amplitude is the share of their stress lost "
+    "at a tensile strain of 0.05. A single loading cannot tell the two effects apart.",
     reference="Simo and Ju 1987, International Journal of Solids and Structures 23, 821-840",
     unit="1",
     bounds=(0.0, 0.95),

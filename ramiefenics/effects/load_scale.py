@@ -13,8 +13,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 LOAD_SCALE = Effect(
     name="load_scale",
-    physics="The load cell reads too high, or too low, by a factor; the amplitude is what that "
-    "differs from one by.",
+    physics="The load cell reads too high, or too low, by a factor; the amplitude is this "
+    "factor minus one.",
     reference="ISO 7500-1:2018 (calibration of force-measuring systems)",
     unit="1",
     bounds=(-0.3, 0.3),

@@ -13,8 +13,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 MACHINE_COMPLIANCE = Effect(
     name="machine_compliance",
-    physics="Frame, load cell and fixture yield in proportion to the force, and the machine counts "
-    "that as displacement of the indenter.",
+    physics="Frame, load cell and fixture deflect in proportion to the force, and the machine "
+    "counts this deflection as displacement of the indenter.",
     reference="Kalidindi, Abusafieh and El-Danaf 1997, Experimental Mechanics 37, 210-215",
     unit="mm/N",
     bounds=(0.0, 0.05),

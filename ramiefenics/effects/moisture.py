@@ -24,8 +24,8 @@ def _apply(test: BendingTest, amplitude: float, reference: float = 0.0) -> Bendi
 MOISTURE = Effect(
     name="moisture",
     physics="All moduli of all layers fall exponentially with the specimen's mass of water over "
-    "its dry mass (stalk.moisture), counted from the specimens' mean; the amplitude is the "
-    "relative loss per unit of that.",
+    "its dry mass (stalk.moisture), relative to the specimens' mean; the amplitude is the "
+    "relative loss per unit of that ratio.",
     reference="Kretschmann 2010, in Wood Handbook, FPL-GTR-190, chapter 5",
     unit="1",
     bounds=(-5.0, 5.0),

@@ -13,9 +13,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 NONLINEAR_COMPLIANCE = Effect(
     name="nonlinear_compliance",
-    physics="Rough faces of the fixture bed in as they are pressed together: they yield by the "
-    "logarithm of the force, over machine.bedding_force_N; the amplitude is their compliance "
-    "without force.",
+    physics="Rough faces of the fixture bed in as they are pressed together: their deflection "
+    "grows logarithmically with the force relative to machine.bedding_force_N; the amplitude is "
+    "their compliance at zero force.",
     reference="Persson 2007, Physical Review Letters 99, 125502",
     unit="mm/N",
     bounds=(0.0, 0.1),

@@ -24,10 +24,10 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 OVALITY = Effect(
     name="ovality",
-    physics="The section is an ellipse of the noted mean diameter, on its broad side, or, with a "
-    "negative amplitude, on its narrow one; the amplitude is the difference of its diameters "
-    "over their mean. Turned by an angle (stalk.rotation_deg) it acts about as "
-    "its cosine doubled does.",
+    physics="The section is an ellipse of the noted mean diameter that lies on its broad side, or, "
+    "with a negative amplitude, on its narrow side; the amplitude is the difference between its "
+    "diameters over their mean. If the section is turned (stalk.rotation_deg), the effect varies "
+    "approximately as the cosine of twice the angle.",
     reference="Ottesen, Larson, Stubbs and Cook 2022, in silico Plants 4",
     unit="1",
     bounds=(-0.3, 0.3),

@@ -29,8 +29,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 PITH_CORE = Effect(
     name="pith_core",
-    physics="Pith fills the void as an isotropic foam, and holds up the section that flattens; the "
-    "amplitude is its Young's modulus.",
+    physics="Pith fills the void as an isotropic foam, and supports the section against "
+    "flattening; the amplitude is its Young's modulus.",
     reference="Niklas 1992, Plant Biomechanics; Gibson and Ashby 1997, Cellular Solids",
     unit="MPa",
     bounds=(0.0, 5.0),

@@ -14,9 +14,9 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 RADIAL_GRADIENT = Effect(
     name="radial_gradient",
-    physics="Within each layer all moduli grow from the inside out, or, with a negative amplitude, "
-    "fall, while their mean over the layer's area stays; the amplitude is the difference over the "
-    "mean.",
+    physics="Within each layer all moduli increase from the inside out, or, with a negative "
+    "amplitude, decrease, while their mean over the layer's area stays the same; the amplitude is "
+    "the difference over the mean.",
     reference="Rueggeberg, Speck, Paris, Lapierre, Pollet, Koch and Burgert 2008, Proceedings of "
     "the Royal Society B 275, 2221-2229",
     unit="1",

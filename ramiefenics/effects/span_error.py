@@ -25,8 +25,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 
 SPAN_ERROR = Effect(
     name="span_error",
-    physics="The supports are farther apart than was noted, or, with a negative amplitude, nearer; "
-    "a beam's stiffness goes with the third power of that.",
+    physics="The supports are farther apart than was noted, or, with a negative amplitude, closer "
+    "together; a beam's stiffness is inversely proportional to the third power of the span.",
     reference="Timoshenko 1955, Strength of Materials, Part I, chapter V",
     unit="mm",
     bounds=(-20.0, 20.0),

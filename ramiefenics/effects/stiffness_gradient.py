@@ -23,8 +23,8 @@ def _apply(test: BendingTest, amplitude: float, reference_mm: float = 0.0) -> Be
 
 STIFFNESS_GRADIENT = Effect(
     name="stiffness_gradient",
-    physics="The moduli of all layers change in proportion to where the specimen was on the plant "
-    "(stalk.position_mm), counted from the specimens' mean place.",
+    physics="The moduli of all layers change in proportion to the specimen's position on the plant "
+    "(stalk.position_mm), relative to the specimens' mean position.",
     reference="Speck and Rowe 1999, in The Evolution of Plant Architecture, 447-479",
     unit="1/m",
     bounds=(-1.0, 1.0),

@@ -16,7 +16,7 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 TAPER = Effect(
     name="taper",
     physics="The stalk's diameters fall linearly along it; where they were not measured at midspan "
-    "(stalk.measured_at_mm), the loaded section is another one.",
+    "(stalk.measured_at_mm), the loaded section differs from the measured one.",
     reference="Robertson, Julias, Lee and Cook 2017, Crop Science 57, 926-934",
     unit="mm/mm",
     bounds=(-0.02, 0.02),

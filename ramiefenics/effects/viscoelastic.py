@@ -19,8 +19,8 @@ def _apply(test: BendingTest, amplitude: float, relaxation_time_s: float = 10.0)
 
 VISCOELASTIC = Effect(
     name="viscoelastic",
-    physics="Held stalks relax, and slow ones bear less: of what fast loading would take a share "
-    "decays with relaxation_time_s; the amplitude is that share.",
+    physics="The force relaxes in a hold and is lower in slow loading: a share of the stress under "
+    "fast loading decays with the time constant relaxation_time_s; the amplitude is that share.",
     reference="Simo 1987, Computer Methods in Applied Mechanics and Engineering 60, 153-173",
     unit="1",
     bounds=(0.0, 0.9),

@@ -11,18 +11,19 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
         return test
     void = test.stalk.void_diameter_mm
     if void == 0.0:
-        raise SpecificationError("stalk.void_diameter_mm", void, "must be above 0 mm for a wall")
+        allowed = "must be above 0 mm for the effect wall_thickness_error: there is no wall"
+        raise SpecificationError("stalk.void_diameter_mm", void, allowed)
     narrower = void - 2.0 * amplitude
     if narrower <= 0.0:
-        allowed = f"must be above {2.0 * amplitude:g} mm, twice what the wall is thicker by"
+        allowed = f"must be above {2.0 * amplitude:g} mm, twice the added thickness of the wall"
         raise SpecificationError("stalk.void_diameter_mm", void, allowed)
     return replace(test, stalk=replace(test.stalk, void_diameter_mm=narrower))
 
 
 WALL_THICKNESS_ERROR = Effect(
     name="wall_thickness_error",
-    physics="The wall is thicker than was noted, or thinner, at the expense of the void: a caliper "
-    "does not see it, and a cut end may not be midspan.",
+    physics="The wall is thicker than was noted, or, with a negative amplitude, thinner, at "
+    "constant outer diameter: calipers do not show it, and a cut end may differ from midspan.",
     reference="Von Forell, Robertson, Lee and Cook 2015, Journal of Experimental Botany 66, "
     "4367-4371",
     unit="mm",

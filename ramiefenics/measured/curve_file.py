@@ -60,8 +60,8 @@ def read_curve(path: Path, layout: Layout, follows: bool) -> tuple[pd.DataFrame,
     least, largest = float(curve["force_N"].min()), float(curve["force_N"].max())
     if largest <= -least:
         allowed = (
-            f"must be above 0 N, and farther from it than the least, {least:.6g}: compression "
-            "counts positive; turn the sign, or zero the load cell"
+            f"must be above 0 N, and larger in magnitude than the least force, {least:.6g} N: "
+            "compression counts as positive; reverse the sign, or zero the load cell"
         )
         raise SpecificationError(f"{path.name}, largest force", largest, allowed)
     curve = curve.sort_values("displacement_mm", kind="stable", ignore_index=True)
@@ -75,8 +75,8 @@ def _end_of_loading(path: Path, record: pd.DataFrame) -> int:
     end = 1 + int(np.argmax(travel >= travel.max() - HELD * np.ptp(travel)))
     if end == len(record):
         allowed = (
-            "must be above 0, as protocol.then has what follows the loading, and the loading goes "
-            "farthest; correct protocol.then for this curve"
+            "must be above 0, as protocol.then states what follows the loading, which must reach "
+            "the largest displacement; correct protocol.then for this curve"
         )
         raise SpecificationError(
             f"{path.name}, number of rows after the largest displacement", 0, allowed

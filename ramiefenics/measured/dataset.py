@@ -124,7 +124,7 @@ class Dataset:
         names = [record.name for record in self.records if not record.after.empty]
         if not names:
             return []
-        return [f"what follows the loading is kept, but not compared: {', '.join(names)}"]
+        return [f"rows after the loading are kept, but not compared: {', '.join(names)}"]
 
     def check_starts(self) -> None:
         """Check that no curve begins later than the comparison.
@@ -144,8 +144,8 @@ class Dataset:
             f"{late.row[self.layout.columns.curve]}, first row, displacement_mm",
             round(starts[last], 6),
             f"must be at most {first:.4g}, as curves are compared from {self.layout.from_mm:g} mm "
-            f"on; put from_mm = {math.ceil(100.0 * starts[last]) / 100.0:g} into dataset.toml, "
-            f"{'let [seating] find the contact, ' if machine else ''}or take {late.name} out",
+            f"on; set from_mm = {math.ceil(100.0 * starts[last]) / 100.0:g} in dataset.toml, "
+            f"{'let [seating] find the contact, ' if machine else ''}or remove {late.name}",
         )
 
 
@@ -210,7 +210,7 @@ def _records(
             number = 1 + specimens[:index].count(specimen)
             name = f"{specimen} {row.cells.get(columns.test) or number}"
         if name in taken:
-            allowed = f"must tell it from {taken[name]}, which is called {name}, too"
+            allowed = f"must be unique: {taken[name]} already has the name {name}"
             raise SpecificationError(row.place(columns.test), row.cells.get(columns.test), allowed)
         taken[name] = row.place()
         place = f"{row.place()} ({name})"
@@ -227,12 +227,12 @@ def _check_together(dataset: Dataset, rows: Sequence[Listed]) -> None:
     if twins := same_record([record.curve for record in dataset.records]):
         first, second = (rows[index] for index in twins)
         who = dataset.records[twins[0]].name
-        allowed = f"must not have the same curve as row {first.number}, {who}; take one out"
+        allowed = f"must not be the same curve as that of row {first.number}, {who}; remove one"
         raise SpecificationError(second.place(column), second.cells[column], allowed)
     for record in dataset.records:
         low, high = record.range_mm
         if not low < high:
-            allowed = f"must be above from_mm = {low:g}, within every curve"
+            allowed = f"must be above from_mm = {low:g}, and within every curve"
             raise SpecificationError("dataset.toml.to_mm", high, allowed)
         end = float(record.curve["displacement_mm"].iloc[-1])
         if end < high:
@@ -240,5 +240,5 @@ def _check_together(dataset: Dataset, rows: Sequence[Listed]) -> None:
                 "dataset.toml.to_mm",
                 high,
                 f"must be at most {end:g} mm, where the curve of {record.name} ends; lower it, "
-                "leave it out to compare each curve to its own end, or take that one out",
+                "leave it out to compare each curve up to its own end, or remove that curve",
             )

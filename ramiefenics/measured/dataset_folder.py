@@ -26,13 +26,13 @@ CURVES = "curves"
 """Name of the folder of the curves."""
 
 HEAD = """\
-# Measured data for `ramiefenics reduce` and `discover`; docs/discovery.md has what may be said.
-# Put the diameters into specimens.csv, and name their columns here, for instance
+# Measured data for `ramiefenics reduce` and `discover`; see docs/discovery.md for all keys.
+# Enter the diameters in specimens.csv, and name their columns here, for instance
 #   [specimens]
 #   "stalk.void_diameter_mm" = "void_mm"
 #   "stalk.layers.phloem.outer_diameter_mm" = "diameter_mm"
-# Displacement begins where the machine has it; with zero = "threshold" in [seating] at contact,
-# with zero = "toe" where the first straight part would have no force.
+# Displacement is counted from the machine's zero; with zero = "threshold" in [seating] from
+# contact; with zero = "toe" from where the line through the first straight part has no force.
 
 """
 
@@ -47,7 +47,7 @@ def check_new(folder: Path) -> None:
     """
     for name in ("dataset.toml", SPECIMENS, CURVES):
         if (folder / name).exists():
-            allowed = f"must not have a {name} yet; name another folder"
+            allowed = f"must not have a {name} yet; choose another folder"
             raise SpecificationError("out", str(folder), allowed)
 
 
@@ -132,17 +132,17 @@ def taken(
     diameter, span = (_said_by_all(curves, words) for words in (DIAMETERS, SPANS))
     if diameter:
         found["specimens"] = {f"stalk.layers.{outermost}.outer_diameter_mm": diameter}
-        told = [f"the outer diameters of {outermost} are the files' {diameter!r}"]
+        told = [f"the outer diameters of {outermost} are taken from {diameter!r} in the files"]
     else:
         size = test.stalk.outer_diameter_mm
-        told = [f"no diameter in the files: all specimens have the baseline's, {size:g} mm"]
+        told = [f"no diameter in the files: all specimens have that of the baseline, {size:g} mm"]
     spans = {float(raw.header[span]) for raw in curves.values()} if span else set()
     if len(spans) == 1 and isinstance(test.fixture, Fixture):
         (value,) = spans
         found["fixture"] = {"span_mm": value}
-        told.append(f"the span of {value:g} mm is the files' {span!r}")
+        told.append(f"the span of {value:g} mm is taken from {span!r} in the files")
     elif isinstance(test.fixture, Fixture):
-        told.append(f"the span is the baseline's, {test.fixture.span_mm:g} mm")
+        told.append(f"the span is that of the baseline, {test.fixture.span_mm:g} mm")
     return found, told
 
 

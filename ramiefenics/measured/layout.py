@@ -139,7 +139,7 @@ class Layout:
         for table in ("specimens", "tests"):
             for key, value in getattr(self, table).items():
                 if not listed(value) or not all(isinstance(v, str) for v in listed(value)):
-                    allowed = "must be the name of a column, or a list of some"
+                    allowed = "must be the name of a column, or a list of names"
                     raise SpecificationError(f"{table}.{key}", value, allowed)
 
 

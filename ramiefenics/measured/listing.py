@@ -109,8 +109,8 @@ def _check_places(tests: list[Listed], layout: Layout) -> None:
     for column in tests[0].cells:
         if column not in ("", names.specimen, names.curve, names.test, *mapped):
             allowed = (
-                "must be a column that [tests] in dataset.toml gives a place in the "
-                "specification, or be taken out"
+                "must be a column that [tests] in dataset.toml assigns to a key of the "
+                "specification, or be removed"
             )
             raise SpecificationError(f"{TESTS}, heading", column, allowed)
 
@@ -120,7 +120,7 @@ def _check_once(rows: list[Listed], layout: Layout) -> None:
     for index, row in enumerate(rows):
         if names[index] in names[:index]:
             allowed = (
-                f"must not occur twice; give each specimen a name of its own, or list several "
-                f"tests of one in {TESTS}"
+                "must not occur twice; give each specimen a name of its own, or list several tests "
+                f"of a specimen in {TESTS}"
             )
             raise SpecificationError(row.place(layout.columns.specimen), names[index], allowed)

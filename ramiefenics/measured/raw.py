@@ -97,13 +97,13 @@ def tidy(raw: RawCurve) -> RawCurve:
             if name == "displacement_mm":  # a position, whose origin is arbitrary once turned
                 values = values - values[0]
             curve = curve.assign(**{name: -values})
-            notes.append(f"{path.name}: sign of {name} turned, compression counts positive")
+            notes.append(f"{path.name}: sign of {name} reversed, compression counts as positive")
     check_steps(path, curve)  # else an outlier would pass for the end, and the rest for unloading
     travel = curve["displacement_mm"].to_numpy()
     end = int(travel.argmax())
     if travel[end] - travel[end:].min() > BACK * np.ptp(travel):
         left_out = len(travel) - 1 - end
-        notes.append(f"{path.name}: the last {left_out} rows, unloading, left out")
+        notes.append(f"{path.name}: the last {left_out} rows, those of the unloading, left out")
         curve = curve.iloc[: end + 1]
     check_progress(path, curve)
     return replace(raw, curve=curve.reset_index(drop=True), notes=tuple(notes))
@@ -132,7 +132,7 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
         parent = file.resolve().parent.name
         name = stem if stems.count(stem) == 1 else f"{parent}_{stem}"
         if name in named:
-            allowed = "must not occur twice, folder and name; rename one"
+            allowed = "must not have the same name and folder name as another; rename one"
             raise SpecificationError("raw", str(file), allowed)
         named[name] = read(file)
         log.info("%s: %d rows", file, len(named[name].curve))

@@ -55,7 +55,7 @@ def check_columns(path: Path, record: pd.DataFrame) -> None:
         _check_rows(path, values, values.abs() <= most, allowed)
         least = LEAST_CHANGE[name]
         if np.ptp(values) < least:
-            allowed = f"must change; is it the right column? (by {least:g} {unit} or more)"
+            allowed = f"must change by {least:g} {unit} or more; is it the right column?"
             raise SpecificationError(f"{path.name}, {name}", float(values.iloc[0]), allowed)
     for name in record.columns.difference(["force_N"]):
         if np.array_equal(record[name], record["force_N"]):
@@ -107,8 +107,8 @@ def check_steps(path: Path, record: pd.DataFrame) -> None:
     """
     travel = record["displacement_mm"]
     allowed = (
-        f"must not be ahead of the row before by more than {100 * STEP:g} % of the range, as "
-        "nobody measured what is between; correct the row, or begin after it"
+        f"must not exceed that of the previous row by more than {100 * STEP:g} % of the range, as "
+        "nothing was measured in between; correct the row, or begin after it"
     )
     _check_rows(path, travel, ~(travel.diff() > STEP * np.ptp(travel)), allowed)
 

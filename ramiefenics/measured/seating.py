@@ -134,13 +134,14 @@ def toe_mm(
 def _toe(curve: pd.DataFrame) -> float:
     found = initial_slope(curve)
     if not found.N_per_mm > 0.0:
-        allowed = "must have a curve that rises from its start on"
+        allowed = "needs a curve that rises from its start"
         raise SpecificationError("seating.zero", "toe", allowed)
     before = float(curve["displacement_mm"].iloc[0]) - found.zero_mm
     if before > found.to_mm - found.from_mm:
         allowed = (
-            f"must be no farther before the record than its straight part is long, but is "
-            f"{before:.3g} mm, and that {found.to_mm - found.from_mm:.3g} mm: it begins too late"
+            "must not precede the record by more than the length of its straight part "
+            f"({found.to_mm - found.from_mm:.3g} mm), but does by {before:.3g} mm: the record "
+            "begins too late"
         )
         raise SpecificationError("seating.zero", "toe", allowed)
     return found.zero_mm
@@ -159,7 +160,7 @@ def _contact(curve: pd.DataFrame, seating: Seating) -> float:
     if not len(below):
         allowed = (
             f"must be at least the force of the first row, {force[0]:.3g} N, for contact to be "
-            'seen; zero = "toe" counts the displacement that a preload took'
+            'found; zero = "toe" adds the displacement that a preload caused'
         )
         raise SpecificationError("seating.threshold_N", round(threshold, 6), allowed)
     i = int(below[-1])

@@ -97,7 +97,7 @@ def split_cells(path: Path, number: int, line: str, delimiter: str = ",") -> Row
     try:
         (cells,) = csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
     except csv.Error as error:
-        allowed = f"must be whole cells, quotation marks closed ({error})"
+        allowed = f"must have complete cells, with quotation marks closed ({error})"
         raise SpecificationError(f"{path.name}, row {number}", line[:40], allowed) from error
     return Row(number, [cell.strip() for cell in cells])
 
@@ -127,7 +127,7 @@ def make_table(path: Path, names: Sequence[str], rows: Sequence[Row]) -> pd.Data
             there = ", ".join(name or "-" for name in names)
             allowed = (
                 f"must be {len(names)}, one for each column ({there}); correct the row or remove "
-                "it, and see that no comma is a decimal one"
+                "it, and make sure that no comma is a decimal comma"
             )
             where = f"{path.name}, row {row.number}, number of cells"
             raise SpecificationError(where, len(row.cells), allowed)

@@ -171,7 +171,7 @@ class Arrangements:
             return None
         if answer.status != 0:
             raise SpecificationError(
-                "the printed design", None, f"was not arranged within {TIME_LIMIT_S:g} s"
+                "the printed design", None, f"could not be arranged within {TIME_LIMIT_S:g} s"
             )
         return np.asarray(answer.x[: self.cells.size].reshape(rows, points).argmax(axis=1))
 
@@ -185,7 +185,9 @@ class Arrangements:
         matrix = model_matrix(full, self.publication.terms)
         if np.linalg.matrix_rank(matrix) < len(self.publication.terms):
             raise SpecificationError(
-                "model", None, "has more terms than a central composite design of these rows tells"
+                "model",
+                None,
+                "has more terms than a central composite design with these rows can tell apart",
             )
         inverse = np.linalg.pinv(matrix)
         last = len(self.points) - 1

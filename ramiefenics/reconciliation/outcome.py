@@ -94,17 +94,19 @@ class Reconciliation(Result):
         more = "at least " if known == MOST_REPAIRS else ""
         return [
             f"{len(self.rows)} of {len(self.printed.points)} rows are repaired: "
-            f"{', '.join(map(str, self.rows))}; {self.demanded} must change for a central "
+            f"{', '.join(map(str, self.rows))}; {self.demanded} must change to give a central "
             "composite design, whatever was published.",
-            "No other repair of as few rows reproduces the publication."
+            "No other repair that changes as few rows reproduces the publication."
             if self.unique
-            else f"It is not unique: one of {more}{known} of as few rows that reproduce it all.",
-            "Rows with equal responses may exchange places.",
-            "Had the publication come from an arbitrary arrangement of the same responses, as few "
-            f"rows would have reproduced it in {round(self.p_value * DRAWS)} of {DRAWS} cases.",
+            else f"It is not unique: it is one of {more}{known} repairs that change as few rows "
+            "and reproduce the whole publication.",
+            "Rows with equal responses may be interchanged.",
+            "Had the publication come from an arbitrary arrangement of the same responses, a "
+            "repair of as few rows would have reproduced it in "
+            f"{round(self.p_value * DRAWS)} of {DRAWS} cases.",
             f"The model's matrix has rank {self.before.rank} of {len(self.before.terms)} as "
-            f"printed, {self.after.rank} repaired; R2 is {self.before.r_squared:.4f} as printed, "
-            f"{self.after.r_squared:.4f} repaired.",
+            f"printed and {self.after.rank} as repaired; R2 is {self.before.r_squared:.4f} as "
+            f"printed and {self.after.r_squared:.4f} as repaired.",
         ]
 
     def overview(self) -> pd.DataFrame:
@@ -143,7 +145,7 @@ class Reconciliation(Result):
                 for number, points in enumerate(self.repairs[1:], start=2)
             }
             stacked = stack(others, "repair")[[*columns, "repair", "row"]]
-            tables["other_repairs"] = Table(stacked, "Repairs of as few rows.")
+            tables["other_repairs"] = Table(stacked, "Other repairs that change as few rows.")
         return tables | self.fits()
 
     def fits(self) -> dict[str, Table]:
@@ -155,14 +157,17 @@ class Reconciliation(Result):
         return {
             "published": Table(
                 self._comparison(),
-                "Published numbers, and what the design gives as printed and repaired.",
+                "Published numbers, and those of the design as printed and as repaired.",
             ),
             "coefficients": Table(self._coefficients(), f"Coefficients; {empty}."),
             "anova_printed": Table(
                 self.before.anova(factors),
-                "Analysis of variance as printed; terms by what leaving them out costs.",
+                "Analysis of variance of the printed design; sums of squares of terms are of type "
+                "III.",
             ),
-            "anova_repaired": Table(self.after.anova(factors), "Analysis of variance repaired."),
+            "anova_repaired": Table(
+                self.after.anova(factors), "Analysis of variance of the repaired design."
+            ),
         }
 
     def _comparison(self) -> pd.DataFrame:

@@ -62,7 +62,9 @@ class PrintedDesign:
         needed = 2**count + 2 * count
         if len(self.points) < needed:
             raise SpecificationError(
-                "rows", len(self.points), f"must be at least {needed}: 2^k factorial and 2k axial"
+                "rows",
+                len(self.points),
+                f"must be at least {needed}: 2^k factorial and 2k axial points",
             )
 
 
@@ -177,15 +179,15 @@ def read_printed_design(
     data = read_toml(settings or path.with_suffix(".toml"), parse_float=str)
     for key in data:
         if key not in KEYS:
-            raise SpecificationError(key, data[key], f"is unknown, known: {', '.join(KEYS)}")
+            raise SpecificationError(key, data[key], f"is an unknown key; known: {', '.join(KEYS)}")
     factors, response = data.get("factors"), data.get("response")
     if not isinstance(factors, list) or len(set(map(str, factors))) < max(2, len(factors)):
         raise SpecificationError(
-            "factors", factors, "must be a list of two or more columns, each once"
+            "factors", factors, "must be a list of two or more different columns"
         )
     if not isinstance(response, str) or response in factors:
         raise SpecificationError(
-            "response", response, "must be the name of a column that is no factor"
+            "response", response, "must be the name of a column that is not a factor"
         )
     for name in (*factors, response):
         if name not in frame.columns:

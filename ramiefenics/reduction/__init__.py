@@ -86,17 +86,17 @@ class Reduction(Result):
         nonsense = ~(self.curves["slope_N_per_mm"] > 0.0)
         if nonsense.any():
             which = ", ".join(self.curves.loc[nonsense, "record"])
-            notes.append(f"{which}: no rise from which to take a slope; is the zero force right?")
+            notes.append(f"{which}: no positive initial slope; is the zero of the force correct?")
         notes += self._at_the_start()
         notes += self.dataset.notes()
         if self.curves.duplicated(["group", "specimen"]).any():
             notes.append(
-                "groups have several curves of the same specimen, and intervals take them for "
-                "independent: a column of tests.csv tells tests apart (by)"
+                "groups have several curves of the same specimen, but the intervals treat them as "
+                "independent: to separate them, group by a column of tests.csv (by)"
             )
         for column, what in (
-            ("still_rising", "still rose where the record ends; their peaks are lower bounds"),
-            ("slope_stable", "are bent all along; their initial slopes are averages"),
+            ("still_rising", "still rise at the end of the record; their peaks are lower bounds"),
+            ("slope_stable", "have no straight part; their initial slopes are averages"),
         ):
             told = self.curves[column]
             if column == "slope_stable":
@@ -115,14 +115,14 @@ class Reduction(Result):
         notes = []
         if (start > seen).any():
             notes.append(
-                f"{(start > seen).sum()} of {len(start)} curves begin with a force, of up to "
-                f'{start.max():.3g} N: after a preload zero = "toe" in [seating] counts the '
-                "displacement that it took"
+                f"{(start > seen).sum()} of {len(start)} curves begin with a force of up to "
+                f'{start.max():.3g} N: if there was a preload, zero = "toe" in [seating] adds the '
+                "displacement that it caused"
             )
         if (start < -seen).any():
             notes.append(
-                f"{(start < -seen).sum()} of {len(start)} curves begin below zero, at down to "
-                f"{start.min():.3g} N: was the load cell zeroed?"
+                f"{(start < -seen).sum()} of {len(start)} curves begin with a negative force, down "
+                f"to {start.min():.3g} N: was the load cell zeroed?"
             )
         return notes
 
@@ -152,11 +152,9 @@ class Reduction(Result):
         test = self.tests.set_index("quantity").loc[name]
         pairs = self.pairs[(self.pairs["quantity"] == name) & (self.pairs["p"] < ALPHA)]
         title = QUANTITIES[name][0]
-        said = (
-            f"{title[0].upper()}{title[1:]} of the groups: p = {test['p']:.2g} that all are alike"
-        )
+        said = f"{title[0].upper()}{title[1:]}, test of equal group means: p = {test['p']:.2g}"
         if pairs.empty:
-            return f"{said}; no two groups are told apart."
+            return f"{said}; no two groups differ significantly."
         apart = [
             f"{row['second']} less {row['first']} {row['difference']:+.3g} ({row['low']:.3g} to "
             f"{row['high']:.3g}) {QUANTITIES[name][1]}, p = {row['p']:.2g}"
@@ -178,7 +176,7 @@ class Reduction(Result):
 
     def tables(self) -> dict[str, Table]:
         """Return tables by group and by record, and of the comparison of groups."""
-        means = "Means of the groups, 95 % confidence intervals, and by which method."
+        means = "Means of the groups, with 95 % confidence intervals and their method."
         return {
             "groups": Table(self.groups, means, digits=6),
             "curves": Table(self.curves, "One row per record.", digits=6),
@@ -191,14 +189,14 @@ class Reduction(Result):
         return {
             "tests": Table(
                 self.tests,
-                "Whether groups differ: analysis of variance by Welch, or of a mixed model; share "
-                "of the variance between groups.",
+                "Tests of equal group means, by Welch's analysis of variance or a mixed model, and "
+                "the share of the variance that lies between groups.",
                 digits=6,
             ),
             "pairs": Table(
                 self.pairs,
-                "Second less first group: 95 % interval, probability by Holm over the pairs of a "
-                "quantity, Hedges' g.",
+                "Second less first group: difference of the means with its 95 % interval, p "
+                "adjusted by Holm's method over the pairs of a quantity, and Hedges' g.",
                 digits=6,
             ),
         }
@@ -214,7 +212,7 @@ class Reduction(Result):
             ),
             "quantities": Picture(
                 partial(figures.quantities_by_group_figure, self),
-                "What the curves were reduced to, with the groups' means.",
+                "Quantities computed from the curves, with the groups' means.",
             ),
         }
 

@@ -27,8 +27,8 @@ UNFINISHED = "UNFINISHED.txt"
 """File with `WARNING` that is in a folder while files are being moved into it."""
 
 WARNING = (
-    "A new result is taking the place of an old one: files are missing. If the program was killed "
-    "meanwhile, its next command that writes here puts it right.\n"
+    "A new result is replacing an old one, and files are missing. If the program was killed in "
+    "the meantime, its next command that writes here will complete the replacement.\n"
 )
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h

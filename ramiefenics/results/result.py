@@ -170,7 +170,8 @@ class Result(ABC):
         figures = self.figures()
         chosen = next(iter(figures), "") if name is None else name
         if chosen not in figures:
-            allowed = f"must be one of {', '.join(figures)}" if figures else "there is no figure"
+            known = f"must be one of {', '.join(figures)}"
+            allowed = known if figures else "cannot be drawn: this result has no figures"
             raise SpecificationError("name", chosen, allowed)
         return figures[chosen].figure()
 

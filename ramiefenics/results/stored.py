@@ -129,7 +129,7 @@ def read_stored(folder: Path) -> StoredResult:
         for picture in found.figures().values():
             picture.draw()
     except (OSError, ValueError, KeyError, TypeError, SyntaxError) as error:
-        allowed = f"must hold what ramiefenics wrote ({type(error).__name__}: {error})"
+        allowed = f"must hold intact results of ramiefenics ({type(error).__name__}: {error})"
         raise SpecificationError("folder", str(folder), allowed) from error
     return found
 

@@ -34,7 +34,7 @@ def dask_workers(address: str) -> Iterator[Executor]:
     try:
         client = Client(address, timeout=PATIENCE_S)
     except (OSError, ValueError) as error:
-        allowed = "must be the address of a Dask scheduler that runs, such as tcp://node1:8786"
+        allowed = "must be the address of a running Dask scheduler, such as tcp://node1:8786"
         raise SpecificationError("scheduler", address, allowed) from error
     with client, client.get_executor() as executor:
         yield executor

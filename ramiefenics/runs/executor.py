@@ -178,7 +178,7 @@ def _error_of(future: Future[str]) -> BaseException | None:
     try:
         error = future.exception()
     except CancelledError:
-        return BrokenExecutor("the connection to the workers is lost")
+        return BrokenExecutor("the connection to the workers was lost")
     if type(error).__module__.startswith("distributed"):  # such as when all workers of a task died
         return BrokenExecutor(f"Dask gave up: {error}")
     return error
@@ -202,8 +202,8 @@ def compute(task: Task[object], folder: Path | None = None, name: str = "") -> s
     store, names = Store(folder), task.keys()
     if name not in ("", names[0]):
         raise BrokenExecutor(
-            "a worker has another version of ramiefenics, of dolfinx or of PETSc than the process "
-            "that asks"
+            "a worker and the calling process have different versions of ramiefenics, dolfinx or "
+            "PETSc"
         )
     with _ONE_AT_A_TIME:
         text = store.get(names[0])

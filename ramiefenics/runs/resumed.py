@@ -49,7 +49,7 @@ def solutions_of(test: BendingTest, comm: MPI.Comm | None = None) -> Iterator[So
         fcntl.flock(own, fcntl.LOCK_EX | fcntl.LOCK_NB)
         free = True
     except OSError as error:
-        log.warning("this run cannot be taken up again: %s", error)
+        log.warning("this run cannot be resumed: %s", error)
         free = False
     try:
         if not comm.allreduce(free, op=MPI.LAND):

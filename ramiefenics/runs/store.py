@@ -51,7 +51,7 @@ class Store:
         checksum, _, text = content.partition(b"\n")
         if checksum == _checksum(key, text):
             return text.decode("utf-8")
-        _tell_once(f"some results kept in {self._folder} are damaged; they are computed again")
+        _tell_once(f"some results kept in {self._folder} are damaged and will be computed again")
         with suppress(OSError):
             path.unlink()
         return None

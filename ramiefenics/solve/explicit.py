@@ -235,7 +235,7 @@ class ExplicitTest:
             what = "vanished" if point.energy_error > 0.0 else "appeared"
             share = f"{100 * abs(point.energy_error):.3g} % of the energy has {what} {at}"
             cause = "the time steps are too long, or the viscosity is too small"
-            return Ending("energy", f"{share}, more than {100 * limit:g} %: {cause}")
+            return Ending("energy", f"{share}, more than the {100 * limit:g} % allowed: {cause}")
         measured = point.observables
         if measured.overhang_mm <= 0.0:
             return Ending("physical", f"{measured.physical_end()}, {at}")
@@ -281,7 +281,7 @@ def simulate_explicitly(
     test.protocol.check_loading_only("explicit runs")
     if not test.stalk.bond.perfect:
         compliance = test.stalk.bond.compliance_mm_per_MPa
-        allowed = "must be 0 for explicit runs: the thinner a film, the shorter their time steps"
+        allowed = "must be 0 for explicit runs, because a thin film requires very short time steps"
         raise SpecificationError("stalk.bond.compliance_mm_per_MPa", compliance, allowed)
     start = time.perf_counter()
     unsearched = dataclasses.replace(test.numerics, acoustic_check=False)

@@ -197,29 +197,30 @@ class ExplicitResult(Result):
         if self.implicit is not None:
             peak, anywhere = (100 * share for share in self.differences(self.implicit.curve))
             told.append(
-                f"Quasi-static it is {self.implicit.max_force_N:.2f} N; the largest forces differ "
-                f"by {peak:+.2f} %, the curves nowhere by more than {anywhere:.2f} % of it."
+                f"In the quasi-static run it is {self.implicit.max_force_N:.2f} N; the largest "
+                f"forces differ by {peak:+.2f} %, and the curves by at most {anywhere:.2f} % of "
+                "that force."
             )
         if self.completed:
             told.append(
                 f"Energy is conserved within {100 * self.energy_error:.2g} %; the kinetic energy "
-                f"is at most {100 * self.kinetic_share:.2g} % of the stored."
+                f"is at most {100 * self.kinetic_share:.2g} % of the stored energy."
             )
         cost = self.statistics
         return [
             *told,
-            f"Mass {cost.mass_g:.4g} g, {cost.added_mass_g:.4g} g of it added; indenter at "
-            f"{cost.speed_mm_per_s:.4g} mm/s.",
-            f"{cost.dofs} unknowns, {cost.steps} steps of {1e6 * cost.least_time_step_s:.3g} us "
-            f"and more, {cost.wall_s:.1f} s.",
+            f"Mass {cost.mass_g:.4g} g, {cost.added_mass_g:.4g} g of it by mass scaling; speed of "
+            f"the indenter {cost.speed_mm_per_s:.4g} mm/s.",
+            f"{cost.dofs} unknowns, {cost.steps} steps of at least "
+            f"{1e6 * cost.least_time_step_s:.3g} us, {cost.wall_s:.1f} s.",
         ]
 
     def notes(self) -> list[str]:
         """Return why the run ended, or that inertia was large."""
         if not self.completed:
             return [f"not completed: {self.ending.reason}"]
-        share = f"kinetic energy or damping above {100 * QUASI_STATIC:g} %"
-        return [] if self.quasi_static else [f"not quasi-static, {share}"]
+        share = f"kinetic energy or damping above {100 * QUASI_STATIC:g} % of the stored energy"
+        return [] if self.quasi_static else [f"not quasi-static: {share}"]
 
     def numbers(self) -> dict[str, Any]:
         """Return forces, energies and cost."""
@@ -260,7 +261,7 @@ class ExplicitResult(Result):
         """Return the figure of force and energies."""
         from ramiefenics.solve.explicit_figures import explicit_figure
 
-        caption = "Force, over the quasi-static one if there is one, and energies."
+        caption = "Force, with the quasi-static force for comparison if available, and energies."
         return {"explicit": Picture(lambda: explicit_figure(self), caption)}
 
     def specifications(self) -> dict[str, BendingTest]:

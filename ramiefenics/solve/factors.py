@@ -151,5 +151,5 @@ def single_factors(matrix: Matrix, symmetric: bool = False) -> SingleFactors | N
     try:
         return SingleFactors(matrix, symmetric)
     except (VerificationError, ImportError) as error:
-        log.info("factors in double precision, as there is no MUMPS in single: %s", error)
+        log.info("factors in double precision, as single-precision MUMPS is missing: %s", error)
         return None

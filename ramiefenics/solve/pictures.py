@@ -38,7 +38,7 @@ PLACES = {
 def check_snapshots(result: BendingResult) -> None:
     """Check that a result has a snapshot to draw."""
     if not result.snapshots:
-        allowed = "must have been saved; on several ranks, the first one has them"
+        allowed = "must be at least 1; of several ranks, only the first has them"
         raise SpecificationError("snapshots", len(result.snapshots), allowed)
 
 

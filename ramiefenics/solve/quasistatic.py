@@ -197,7 +197,7 @@ class QuasiStatic(Generic[T]):
                 continue
             factor = self._factor(length, step)
             if factor < SHORTER and length / 2.0 >= segment.shortest:
-                log.info("step to %.4f mm cut: the force bends", step.travel_mm)
+                log.info("step to %.4f mm cut: the force curve bends too sharply", step.travel_mm)
                 self.cut_backs += 1
                 self.ending = None
                 increment = length / 2.0
@@ -240,7 +240,7 @@ class QuasiStatic(Generic[T]):
         if outcome.converged:
             measured = self._observe()
             if self._misses(measured) and not shortest:
-                log.info("a cylinder is not felt")
+                log.info("contact with a cylinder was missed")
                 return None
             jump = self._jump(travel, length, measured)
             smooth = jump is None
@@ -292,7 +292,7 @@ class QuasiStatic(Generic[T]):
         if self._motion is None:
             self._motion = DynamicRelaxation(self._problem, self.newton)
         motion = self._motion
-        log.info("no equilibrium nearby: the structure is let move")
+        log.info("no equilibrium nearby: starting dynamic relaxation")
         return self._solved(lambda on_way: motion.relax(self._tolerance_N, limit, on_way))
 
     def _solved(self, solve: Solve) -> NewtonOutcome:

@@ -68,7 +68,7 @@ def read_bend(folder: str | Path) -> BendingResult:
         )
         return dataclasses.replace(first, test=test, further=tuple(further))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        allowed = f"must hold what ramiefenics bend wrote ({type(error).__name__}: {error})"
+        allowed = f"must hold intact results of ramiefenics bend ({type(error).__name__}: {error})"
         raise SpecificationError("folder", str(folder), allowed) from error
 
 

@@ -29,6 +29,6 @@ def come_to_rest(problem: BendingProblem) -> None:
     tolerance_N = settings.relative_tolerance * SMALLEST_SCALE_N
     outcome = newton.solve(tolerance_N, problem.test.stalk.outer_diameter_mm)
     if not outcome.converged:
-        allowed = f"must leave an equilibrium without load: {outcome.reason}"
+        allowed = f"must allow an equilibrium without load: {outcome.reason}"
         raise SpecificationError("stalk.tissue.growth_strain", strain, allowed)
     problem.begin_at_rest()

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 LOSSES = {
     "volume": "the material turns inside out",
-    "stretch": "compression passes the law's limit, its stress falls",
-    "ellipticity": "the material loses strong ellipticity, the answer depends on the mesh",
+    "stretch": "compression exceeds the law's limit, beyond which the stress falls",
+    "ellipticity": "the material loses strong ellipticity, and the result depends on the mesh",
 }
 """Properties that a material may lose, and what the loss means."""
 
@@ -177,21 +177,23 @@ class BendingResult(Result):
         """Return the largest force, its error, and the cost of the run."""
         peak, mesh, cost = self.peak, self.mesh_error_N, self.statistics
         first, last = peak.plateau_mm
-        kept = f" beside {cost.repeated} solves kept from an earlier run" if cost.repeated else ""
+        kept = f", with {cost.repeated} solves kept from an earlier run" if cost.repeated else ""
         return [
             f"{'Force maximum' if peak.inside else 'Force still rising at the end,'} "
             f"{peak.force_N:.2f} N at {peak.displacement_mm:.2f} mm, within 1 % of it from "
             f"{first:.2f} to {last:.2f} mm; slope {self.slope_N_per_mm:.2f} N/mm.",
             "Error of the maximum: "
             + (
-                "unknown by the steps, which are too few, "
+                "unknown for the steps, as they are too few; "
                 if math.isnan(peak.step_error_N)
-                else f"{peak.step_error_N:.2g} N by the steps, "
+                else f"{peak.step_error_N:.2g} N from the steps; "
             )
             + (
-                "unknown by the mesh, which is no recipe's (see ramiefenics converge)."
+                "unknown for the mesh, as the error of its recipe was not measured "
+                "(see ramiefenics converge)."
                 if mesh is None
-                else f"about {mesh:.2g} N by the mesh, as the recipe made elsewhere."
+                else f"about {mesh:.2g} N from the mesh, by the largest error measured for its "
+                "recipe."
             ),
             f"{cost.dofs} unknowns, {cost.steps} steps, {cost.newton_iterations} iterations, "
             f"{cost.cut_backs} cut-backs, {cost.wall_s:.1f} s{kept}.",
@@ -201,18 +203,17 @@ class BendingResult(Result):
     def notes(self) -> list[str]:
         """Return losses of the material, a closed void, jumps, imbalance, and why it ended."""
         lost = [
-            f"{LOSSES[n]}, at the latest from {at:.2f} mm of travel on"
-            for n, at in self.losses_mm.items()
+            f"at {at:.2f} mm of travel or earlier, {LOSSES[n]}" for n, at in self.losses_mm.items()
         ]
         jumps = [
-            f"the stalk jumps at {jump.displacement_mm:.2f} mm of travel, and releases "
+            f"the stalk jumps at {jump.displacement_mm:.2f} mm of travel and releases "
             f"{jump.energy_released_Nmm:.3g} N mm"
             for jump in self.jumps
         ]
         closed = self.curve.loc[self.curve["void_force_N"] > 0.0, "displacement_mm"]
         meeting = [
-            f"the void has closed at {at:.2f} mm of travel; from there on its walls press on each "
-            "other, without friction"
+            f"the void has closed at {at:.2f} mm of travel; beyond that its walls press against "
+            "each other without friction"
             for at in closed.head(1)
         ]
         complete = self.ending.kind == "completed"
@@ -226,9 +227,9 @@ class BendingResult(Result):
         if share is None or abs(share) <= UNBALANCED:
             return []
         return [
-            f"the indenter's work and what is stored, lost by friction or in the material, and "
-            f"released by jumps differ by {100.0 * abs(share):.0f} % of the work: take shorter "
-            "steps (numerics.stepping.max_step_mm)"
+            f"the indenter's work differs by {100.0 * abs(share):.0f} % from the sum of the energy "
+            "stored, dissipated by friction and by the material, and released by jumps: use "
+            "shorter steps (numerics.stepping.max_step_mm)"
         ]
 
     def _energy_imbalance(self) -> float | None:
@@ -250,7 +251,7 @@ class BendingResult(Result):
         if sought.iloc[-1]:
             return []
         last = self.curve["displacement_mm"][sought].iloc[-1] if sought.any() else 0.0
-        return [f"strong ellipticity was not sought beyond {last:.2f} mm of travel"]
+        return [f"strong ellipticity was not checked beyond {last:.2f} mm of travel"]
 
     def numbers(self) -> dict[str, Any]:
         """Return force, energies, losses and cost."""
@@ -299,11 +300,11 @@ class BendingResult(Result):
             load = f"at {last.travel_mm:.1f} mm of travel and {force:.1f} N"
             drawn["section"] = Picture(
                 lambda: section_figure(self),
-                f"Section under the indenter {load}, over the undeformed one. Thick lines are the "
-                "borders of layers, thin ones those of elements.",
+                f"Section under the indenter {load}, drawn over the undeformed section. Thick "
+                "lines are the boundaries of layers, thin lines those of elements.",
             )
             drawn["deformed"] = Picture(
-                lambda: deformed_figure(self), f"The stalk {load}, between its cylinders."
+                lambda: deformed_figure(self), f"The stalk between its cylinders {load}."
             )
         if self.further:
             drawn["curves"] = Picture(

@@ -146,7 +146,7 @@ def sensitivities(
 
 
 def _not_smooth(travel_mm: float) -> SpecificationError:
-    allowed = "must be passed without a jump, where derivatives are asked for"
+    allowed = "must be passed without a jump if derivatives are requested"
     return SpecificationError("displacement_mm", travel_mm, allowed)
 
 

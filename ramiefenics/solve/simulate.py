@@ -74,7 +74,7 @@ def simulate(
     test = as_test(test, **changes)
     comm = MPI.COMM_WORLD if comm is None else comm
     if tube is not None and test.further:
-        raise SpecificationError("tube", None, "must be left out where there are further tests")
+        raise SpecificationError("tube", None, "must be left out if there are further tests")
     done, meshes = _bend_all(test, comm, on_step, solutions, tube)
     if comm.size > 1:  # there PETSc frees dropped objects only when all ranks ask for it
         gc.collect()  # drop reference cycles, too

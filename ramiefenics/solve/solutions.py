@@ -98,7 +98,7 @@ class Solutions:
             further = Solutions(path, self._comm)
             self._further.append(further)
         except OSError as error:
-            log.warning("this run cannot be taken up again: %s", error)
+            log.warning("this run cannot be resumed: %s", error)
         return further if self._comm.allreduce(further is not None, op=MPI.LAND) else None
 
     def start(self, numbers: Sequence[NDArray[Any]]) -> None:
@@ -146,7 +146,7 @@ class Solutions:
             self._file.flush()
             self._heading = b""
         except OSError as error:
-            log.warning("this run cannot be taken up again: %s", error.strerror)
+            log.warning("this run cannot be resumed: %s", error.strerror)
             self.close()
 
     def close(self) -> None:

@@ -138,7 +138,7 @@ class BendingTest:
         """
         static = self.fixture.friction.static
         if self.fixture.off_centre and static == 0.0:
-            allowed = "must be above 0: pressed off centre, nothing else keeps a stalk from sliding"
+            allowed = "must be above 0: nothing else keeps a stalk pressed off centre from sliding"
             raise SpecificationError("fixture.friction.static", static, allowed)
 
     def _check_steps(self) -> None:
@@ -159,9 +159,9 @@ class BendingTest:
         limit = 500.0 / (self.stalk.top_mm + farthest)
         if abs(curvature) > limit:
             allowed = (
-                f"must be at most {limit:.3g} 1/m in size, or 0 between plates: a cylinder of "
+                f"must be at most {limit:.3g} 1/m in magnitude, or 0 between plates: a cylinder of "
             )
-            allowed += f"the radius {farthest:g} mm would touch the stalk in several places"
+            allowed += f"radius {farthest:g} mm would touch the stalk in several places"
             raise SpecificationError("stalk.curvature_per_m", curvature, allowed)
 
     @property
@@ -202,12 +202,13 @@ def _check_changes(changes: dict[str, Any]) -> None:
             raise SpecificationError(name, changes[name], f"must be one of {', '.join(CHANGED)}")
     stalk = changes.get("stalk", {})
     if not isinstance(stalk, dict) or set(stalk) - {"rotation_deg"}:
-        raise SpecificationError("stalk", stalk, "must be the same one: only rotation_deg changes")
+        allowed = "must be that of the first test: only rotation_deg may change"
+        raise SpecificationError("stalk", stalk, allowed)
 
 
 def _check_unloaded(protocol: Protocol, place: str) -> None:
     """Check that a path ends at zero travel, as another test follows it."""
     if protocol.legs[-1].to_mm != 0.0:
-        allowed = "must be 0 at the end of the path, where another test of the stalk follows: "
+        allowed = "must be 0 at the end of the path if another test of the stalk follows: "
         allowed += "protocol.then = [{ to_mm = 0 }]"
         raise SpecificationError(f"{place}protocol.then", protocol.legs[-1].to_mm, allowed)

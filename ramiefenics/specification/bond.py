@@ -35,7 +35,7 @@ class Bond:
         check_number(self, "toughness_N_per_mm", above=0.0, unit="N/mm")
         stored = self.strength_MPa * self.softens_at_mm / 2.0
         if self.toughness_N_per_mm <= stored:
-            allowed = f"must be above {stored:g} N/mm, which it stores when it begins to fail"
+            allowed = f"must be above {stored:g} N/mm, the energy stored when failure begins"
             raise SpecificationError("toughness_N_per_mm", self.toughness_N_per_mm, allowed)
 
     @property

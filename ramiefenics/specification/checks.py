@@ -107,7 +107,7 @@ def checked_number(
         ]
         allowed = f"a number {' and '.join(bounds)}" if bounds else "a finite number"
         if isinstance(value, (int, float)) and LARGEST < abs(value) < float("inf"):
-            allowed += f", within {LARGEST:g}"
+            allowed += f", at most {LARGEST:g} in magnitude"
         raise SpecificationError(name, value, f"must be {allowed}")
     return float(value)
 
@@ -138,9 +138,10 @@ def check_table(obj: Any, at: str, values: str, above: float | None = None) -> N
         object.__setattr__(obj, name, numbers)
     places, number = getattr(obj, at), len(getattr(obj, values))
     if len(places) != number:
-        raise SpecificationError(at, list(places), f"must be as many as {values} has, {number}")
+        allowed = f"must have as many entries as {values}, {number}"
+        raise SpecificationError(at, list(places), allowed)
     if any(b <= a for a, b in itertools.pairwise(places)):
-        raise SpecificationError(at, list(places), "must ascend")
+        raise SpecificationError(at, list(places), "must be in ascending order")
 
 
 def check_integer(obj: Any, name: str, at_least: int) -> None:

@@ -45,7 +45,7 @@ class Cylinder:
         if self.radius_mm != math.inf:
             check_number(self, "radius_mm", above=0.0, unit="mm")
         if self.moves and self.side == "below":
-            allowed = "must be above for what moves, which goes down"
+            allowed = "must be 'above' for a moving cylinder, as it moves down"
             raise SpecificationError("side", self.side, allowed)
 
     @property
@@ -140,6 +140,6 @@ class Arrangement:
         """
         if self.beam_mm is None:
             placed = ", ".join(f"{c.name} {c.side} at {c.z_mm:g} mm" for c in self.cylinders)
-            allowed = f"must be that of three- or four-point bending, which {what} for"
+            allowed = f"must be that of three- or four-point bending, to which {what} limited"
             raise SpecificationError("fixture", placed, allowed)
         return self.beam_mm

@@ -49,7 +49,8 @@ def read_test(path: str | Path) -> BendingTest:
     if left_out := [name for name in ("static", "dynamic") if name not in friction]:
         values = ", ".join(f"{n} = {getattr(test.fixture.friction, n):g}" for n in left_out)
         warnings.warn(
-            f"{Path(path).name} leaves out fixture.friction: ramie's on steel, {values}, is used",
+            f"{Path(path).name} does not state fixture.friction: that of ramie on steel is used, "
+            f"{values}",
             SpecificationWarning,
             stacklevel=2,
         )
@@ -140,7 +141,7 @@ def _unknown(key: str, value: Any, known: Iterable[str]) -> SpecificationError:
     known = list(known)
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     hint = f"the nearest known one is {near[0]!r}" if near else f"known: {', '.join(known)}"
-    return SpecificationError(key, value, f"is an unknown key, {hint}")
+    return SpecificationError(key, value, f"is an unknown key; {hint}")
 
 
 def _alternative(hint: Any, value: Any) -> Any:

@@ -101,14 +101,20 @@ class Fixture(Arrangement):
         ):
             value = getattr(self, name)
             if value != free:
-                allowed = "must be left out where span_mm = 0, the single support of one indenter"
+                allowed = (
+                    "must be left out if span_mm = 0, that is, for a single support under a single "
+                    "indenter"
+                )
                 raise SpecificationError(name, value, allowed)
 
     def _check_passage(self) -> None:
         """Check that every indenter fits between the supports, and that two fit side by side."""
         for name in ("indenter_radius_mm", "support_radius_mm", "other_support_radius_mm"):
             if getattr(self, name) == math.inf:
-                allowed = "must be finite unless span_mm = 0: two plates, or a plate and a cylinder"
+                allowed = (
+                    "must be finite unless span_mm = 0, that is, for two plates, or a plate and a "
+                    "cylinder"
+                )
                 raise SpecificationError(name, math.inf, allowed)
         pairs = itertools.product(self.cylinders, repeat=2)
         least = max(
@@ -117,7 +123,7 @@ class Fixture(Arrangement):
             if one.moves and not other.moves
         )
         if self.span_mm <= least:
-            allowed = f"must be above {least:g} mm, or the indenter does not pass the supports"
+            allowed = f"must be above {least:g} mm, or the indenter cannot pass the supports"
             raise SpecificationError("span_mm", self.span_mm, allowed)
         if 0.0 < self.inner_span_mm <= 2.0 * self.indenter_radius_mm:
             allowed = f"must be above {2.0 * self.indenter_radius_mm:g} mm, or 0 for one indenter"

@@ -40,7 +40,7 @@ class GeneralFixture(Arrangement):
             if names.count(name) > 1:
                 raise SpecificationError("cylinders", name, "must not name a cylinder twice")
         if not any(cylinder.moves for cylinder in self.cylinders):
-            raise SpecificationError("cylinders", names, "must have one that moves, from above")
+            raise SpecificationError("cylinders", names, "must include a moving cylinder")
         self._check_support(names)
         for one, other in itertools.combinations(self.cylinders, 2):
             _check_room(one, other)
@@ -71,7 +71,7 @@ class GeneralFixture(Arrangement):
             at = [-math.inf, math.inf] if flat else [cylinder.z_mm for cylinder in there]
             ranges.append((min(at, default=math.inf), max(at, default=-math.inf)))
         if max(low for low, _ in ranges) > min(high for _, high in ranges):
-            allowed = "must hold the stalk: what is below it must be under what is above, or around"
+            allowed = "must hold the stalk: the ranges of Z above and below it must overlap"
             raise SpecificationError("cylinders", names, allowed)
 
 
@@ -81,14 +81,14 @@ def _check_room(one: Cylinder, other: Cylinder) -> None:
     if one.side == other.side:
         if one.flat or other.flat:
             plate, beside = (one, other) if one.flat else (other, one)
-            allowed = f"must be on the other side of the stalk than the plate {plate.name}"
+            allowed = f"must be on the opposite side of the stalk from the plate {plate.name}"
             raise SpecificationError(f"cylinders.{beside.name}.side", beside.side, allowed)
         least = 2.0 * math.sqrt(one.radius_mm * other.radius_mm)  # both touch a common line
         if apart <= least:
             raise _at(other, f"must be more than {least:g} mm from {one.name}, or they overlap")
     elif (one.moves or other.moves) and math.isfinite(radii) and 0.0 < apart <= radii:
-        allowed = f"must be more than {radii:g} mm from {one.name}, or right opposite"
-        raise _at(other, f"{allowed}: what moves does not pass")
+        allowed = f"must be more than {radii:g} mm from {one.name}, or directly opposite"
+        raise _at(other, f"{allowed}, or the moving cylinder cannot pass")
 
 
 def _at(cylinder: Cylinder, allowed: str) -> SpecificationError:

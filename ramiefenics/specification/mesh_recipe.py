@@ -104,7 +104,7 @@ class MeshRecipe:
         ratio = getattr(self, name)
         largest = STEEPEST ** (1.0 / elements)
         if ratio > largest:
-            allowed = f"must be at most {largest:.4g} for so many elements, {elements} in a row"
+            allowed = f"must be at most {largest:.4g} for {elements} elements in a row"
             raise SpecificationError(name, ratio, allowed)
 
     @property
@@ -144,7 +144,7 @@ def mesh_recipe(name: str) -> MeshRecipe:
         near = difflib.get_close_matches(name, recipe_names(), n=1)
         hint = f", the nearest is {near[0]!r}" if near else ""
         raise SpecificationError(
-            "", name, f"is no mesh recipe{hint}; known: {', '.join(recipe_names())}"
+            "", name, f"is not a mesh recipe{hint}; known: {', '.join(recipe_names())}"
         )
     return dataclasses.replace(_unnamed(name), name=name)
 

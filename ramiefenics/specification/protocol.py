@@ -30,7 +30,7 @@ class Target:
         """Check that the target is either a move or a hold."""
         if (self.to_mm is None) == (self.hold_s is None):
             stated = {"to_mm": self.to_mm, "hold_s": self.hold_s}
-            raise SpecificationError("", stated, "must have one of to_mm and hold_s")
+            raise SpecificationError("", stated, "must have either to_mm or hold_s")
         if self.to_mm is not None:
             check_number(self, "to_mm", at_least=0.0, unit="mm")
         else:
@@ -38,7 +38,7 @@ class Target:
         if self.speed_mm_per_s is not None:
             check_number(self, "speed_mm_per_s", above=0.0, unit="mm/s")
             if self.to_mm is None:
-                allowed = "must be left out of a hold"
+                allowed = "must be left out for a hold"
                 raise SpecificationError("speed_mm_per_s", self.speed_mm_per_s, allowed)
 
 
@@ -93,7 +93,7 @@ class Protocol:
         at = self.travel_mm
         for number, target in enumerate(self.then):
             if target.to_mm == at:
-                allowed = "must differ from the travel before it; to stay, hold_s"
+                allowed = "must differ from the travel before it; to stay there, use hold_s"
                 raise SpecificationError(f"then.{number}.to_mm", target.to_mm, allowed)
             at = at if target.to_mm is None else target.to_mm
         least = self.length_mm / MOST_STATES

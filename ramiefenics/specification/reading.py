@@ -32,7 +32,7 @@ def read_bytes(path: Path, most: int = LARGEST_BYTES) -> bytes:
         why = getattr(error, "strerror", None) or error
         raise SpecificationError("file", str(path), f"cannot be read ({why})") from error
     if not regular:
-        what = "is a folder" if stat.S_ISDIR(about.st_mode) else "is no regular file"
+        what = "is a folder" if stat.S_ISDIR(about.st_mode) else "is not a regular file"
         raise SpecificationError("file", str(path), f"cannot be read ({what})")
     if not small:
         allowed = f"must have at most {most / 1e6:g} MB, but has {about.st_size / 1e6:.0f}"

@@ -69,8 +69,8 @@ def _whole(test: BendingTest, name: str, value: Any) -> str:
         return first[0]
     shown = to_dict(value) if isinstance(value, (str, int, float, bool)) else str(value)
     if not fitting:
-        raise SpecificationError(name, shown, "is the name of no key")
-    allowed = f"is ambiguous; nest it, as in TOML, for one of {', '.join(fitting)}"
+        raise SpecificationError(name, shown, "is not the name of any key")
+    allowed = f"is ambiguous; nest it, as in TOML, to name one of {', '.join(fitting)}"
     raise SpecificationError(name, shown, allowed)
 
 
@@ -107,5 +107,5 @@ def _in_unit(key: str, value: Any) -> Any:
     try:
         return float(value.to(asked or "dimensionless").magnitude)
     except Exception as error:  # those of Pint, which need not be installed
-        allowed = f"must be a quantity in {asked or 'no unit'}"
+        allowed = f"must be a quantity in {asked}" if asked else "must be a pure number"
         raise SpecificationError(key, str(value), allowed) from error

@@ -202,7 +202,9 @@ class Stalk:
         """Check that the void is not as narrow as a line, nor a layer as thin as a surface."""
         least = THINNEST * self.outer_diameter_mm
         if 0.0 < self.void_diameter_mm < least:
-            allowed = f"must be 0 or at least {least:.3g} mm, a ten-thousandth of the stalk's"
+            allowed = (
+                f"must be 0 or at least {least:.3g} mm, a ten-thousandth of the stalk's diameter"
+            )
             raise SpecificationError("void_diameter_mm", self.void_diameter_mm, allowed)
         for layer, (inner, outer) in zip(
             self.layers, itertools.pairwise(self.radii_mm), strict=True

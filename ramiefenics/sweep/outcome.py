@@ -61,10 +61,10 @@ class Sweep(Result):
         """Return the range of the maximum force."""
         force = self.runs["max_force_N"].to_numpy(dtype=float)
         if not np.isfinite(force).any():
-            return ["No run has a maximum of the force."]
+            return ["No run has a force maximum."]
         extremes = (int(np.nanargmin(force)), int(np.nanargmax(force)))
         ends = (f"{force[n]:.4g} N ({self._where(n)})" for n in extremes)
-        return [f"The maximum force is {' to '.join(ends)}."]
+        return [f"The maximum force ranges from {' to '.join(ends)}."]
 
     def notes(self) -> list[str]:
         """Return which runs ended early, and in which the stalk jumps."""
@@ -132,7 +132,7 @@ class Sweep(Result):
         drawn = {
             "curves": Picture(
                 partial(figures.curves_figure, self),
-                "Force against travel of all runs; a cross where a run ended early.",
+                "Force against travel of all runs; a cross marks a run that ended early.",
             )
         }
         if len(self.keys) <= 2 and self.runs[self.keys[0]].nunique() > 1:

@@ -55,7 +55,7 @@ def sweep(
     test = as_test(test)
     number = math.prod(map(len, values.values()))
     if not values or not 0 < number <= MOST:
-        raise SpecificationError("sweep", number, f"must be of 1 to {MOST} runs")
+        raise SpecificationError("sweep", number, f"must be 1 to {MOST} runs")
     chosen = list(itertools.product(*values.values()))
     tests = [override(test, dict(zip(values, row, strict=True))) for row in chosen]
     for changed in tests:
@@ -86,7 +86,7 @@ def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
         if len(parts) != 3 or not np.isfinite([low, high]).all() or not 2 <= number <= MOST:
             raise ValueError
     except (ValueError, IndexError) as error:
-        allowed = f"must be low:high:number, two numbers and how many from 2 to {MOST}"
+        allowed = f"must be low:high:number, with a number of values from 2 to {MOST}"
         raise SpecificationError(key, text, allowed) from error
     return key, tuple(float(f"{one:.12g}") for one in np.linspace(low, high, number))
 

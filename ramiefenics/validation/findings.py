@@ -20,17 +20,17 @@ def told_of(found: Validation, assessment: Assessment) -> list[str]:
     said = [f"{title[0].upper()}{title[1:]}:"]
     if not assessment.reached:
         said.append(
-            "No values of the factors meet what they are calibrated on: the model is wrong, or "
-            "the priors are too narrow. What is left at the nearest counts as an error of the "
-            "model."
+            "No values of the factors meet the measurements that they are calibrated on: the "
+            "model is wrong, or the priors are too narrow. The misfit that remains at the nearest "
+            "point counts as an error of the model."
         )
     elif not assessment.reached_fixed:
         said.append(
             "With the nuisance factors at their defaults, the others cannot be calibrated: "
-            "they do not reach what was measured."
+            "they do not reach the measured values."
         )
     errors = [
-        f"{what} {error:.1f} % (of {number})"
+        f"{what} {error:.1f} % (n = {number})"
         for what, error, number in scores[["what", "rms_percent", "number"]].to_numpy()
     ]
     said.append(f"Root mean square errors of prediction: {', '.join(errors)}.")
@@ -38,7 +38,8 @@ def told_of(found: Validation, assessment: Assessment) -> list[str]:
     effective = next(iter(assessment.after.values())).weighted.effective
     if effective < ENOUGH:
         said.append(
-            f"Only {effective:.0f} points of the prior share the weight: intervals are rough."
+            f"Only {effective:.0f} points of the prior carry the weight, so the intervals are only "
+            "approximate."
         )
     after, before = (
         50.0 * ((predicted[high] - predicted[low]) / predicted[middle]).mean()
@@ -48,13 +49,14 @@ def told_of(found: Validation, assessment: Assessment) -> list[str]:
         )
     )
     said.append(
-        f"What is not known leaves ± {after:.0f} % of the predictions open after the "
-        f"calibration, ± {before:.0f} % before it (95 %)."
+        f"The predictions are uncertain by ± {after:.0f} % after the calibration, and by "
+        f"± {before:.0f} % before it (95 %)."
     )
     missed = predicted.loc[~predicted["covered"], "observation"].tolist()
     said.append(
         f"{len(predicted) - len(missed)} of {len(predicted)} measurements agree with their "
-        f"prediction within both errors{'; not ' + ', '.join(missed) if missed else ''}."
+        "predictions within the errors of both"
+        f"{'; these do not: ' + ', '.join(missed) if missed else ''}."
     )
     return said
 
@@ -67,5 +69,6 @@ def _winner(scores: pd.DataFrame) -> list[str]:
     model, rule = errors["calibrated"], errors["rule"]
     verdict = "better" if model < rule else "worse"
     return [
-        f"The calibrated model predicts {verdict} than the rule: {model:.1f} against {rule:.1f} %."
+        f"The calibrated model predicts {verdict} than the rule that P L / 4 W is constant: "
+        f"{model:.1f} against {rule:.1f} %."
     ]

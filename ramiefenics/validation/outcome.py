@@ -22,11 +22,11 @@ from ramiefenics.validation.prediction import Prediction, weighted_quantiles
 from ramiefenics.validation.study import Split, ValidationStudy
 
 PREDICTORS = {
-    "calibrated": "the model, calibrated",
-    "fixed": "the same with all nuisance factors at their defaults",
-    "uncalibrated": "the model, over all of its prior",
+    "calibrated": "calibrated model",
+    "fixed": "calibrated model with all nuisance factors at their defaults",
+    "uncalibrated": "uncalibrated model",
     "rule": "P L / 4 W constant",
-    "published": "the published simulation",
+    "published": "published simulation",
 }
 """Predictors by their column in the table of predictions, with descriptions."""
 
@@ -266,15 +266,15 @@ class Validation(Result):
         }
         return {
             "predictions": Table(
-                self._by_split(self.table), "What was measured, and what each predictor says."
+                self._by_split(self.table), "Measurements, and the values of each predictor."
             ),
             "scores": Table(self._by_split(self.scores)),
             "factors": Table(
-                self._by_split(self.factors), "Priors, and what the calibration leaves of them."
+                self._by_split(self.factors), "Factors before and after the calibration."
             ),
             "swings": Table(self._by_split(self.swings)),
             "runs": Table(stack(runs, "observation")),
-            "surfaces": Table(stack(surfaces, "observation"), "How well surfaces predict."),
+            "surfaces": Table(stack(surfaces, "observation"), "How well the surfaces predict."),
         }
 
     def figures(self) -> dict[str, Picture]:
@@ -286,7 +286,7 @@ class Validation(Result):
             title = part.split.title
             drawn[f"predictions_{number}"] = Picture(
                 partial(prediction_figure, self, part),
-                f"{title}: what was measured, and what each predictor says. Star: calibrated on.",
+                f"{title}: measured and predicted values. Star: used for the calibration.",
             )
             drawn[f"nuisance_{number}"] = Picture(
                 partial(nuisance_figure, self, part),

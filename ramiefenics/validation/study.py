@@ -49,7 +49,7 @@ class Observation:
             if getattr(self, name) is not None:
                 check_number(self, name, above=0.0 if name == "error" else None)
         if self.measured is None and self.dataset is None:
-            raise SpecificationError("measured", None, "must be given, or a dataset in its place")
+            raise SpecificationError("measured", None, "must be given if there is no dataset")
         if self.published is not None:
             check_number(self, "published")
 
@@ -80,7 +80,7 @@ class Split:
                 raise SpecificationError("on", name, "must not occur twice")
         for name in self.on:
             if name in self.predict:
-                raise SpecificationError("predict", name, "must not be calibrated on too")
+                raise SpecificationError("predict", name, "must not also be calibrated on")
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class ValidationStudy:
                 _check_known("splits", name, names)
             sources = [o.dataset for o in self.observations if o.name in split.on and o.dataset]
             if len(set(sources)) < len(sources):
-                allowed = "must not have two observations of one data set, which share specimens"
+                allowed = "must not have two observations of one data set, as they share specimens"
                 raise SpecificationError("splits.on", list(split.on), allowed)
         for name in self.nuisance:
             _check_known("nuisance", name, [factor.name for factor in self.factors])

@@ -64,7 +64,7 @@ def validate(
         run = partial(run_campaign, executor=pool, folder=folder, on_done=on_done)
         for split in study.splits:
             number = len(split.on) + len(study.predicted(split))
-            on_stage(f"calibrated on {', '.join(split.on)}", number)
+            on_stage(f"calibrating on {', '.join(split.on)}", number)
             assessments.append(_assess(study, split, observed, run))
     return Validation(study, observed, tuple(assessments))
 

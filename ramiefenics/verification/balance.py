@@ -39,11 +39,12 @@ def balance() -> Study:
     stiffness = LayeredTube.of(test.stalk).three_point_stiffness(FIXTURE.span_mm)
     return Study(
         "Energy balance and crushing",
-        "The calibration stalk to 14 mm, screening mesh, friction 0.59 at rest and 0.12 in motion; "
-        "and to 4 mm and back to 2 mm, with fibres of the phloem that yield in tension from a "
-        "strain of 0.002 on (`fibre_plasticity`). The indenter's work, by the trapezoidal rule, "
-        "must equal what is stored and what friction and the material dissipate; the figure shows "
-        "the stalk that yields. The table divides the elastic stalk's travel into the deflection "
+        "The calibration stalk is bent to 14 mm on the screening mesh, with friction 0.59 at rest "
+        "and 0.12 in motion; and to 4 mm and back to 2 mm, with phloem fibres that yield in "
+        "tension beyond a strain of 0.002 (`fibre_plasticity`). The indenter's work, by the "
+        "trapezoidal rule, must equal the energy stored and that dissipated by friction and the "
+        "material; the figure shows the stalk that yields. The table divides the elastic stalk's "
+        "travel into the deflection "
         "of a layered Timoshenko beam of the same span, "
         f"{FIXTURE.span_mm:g} mm, whose stiffness is {stiffness:.1f} N/mm, and the rest: the "
         "section crushed under the indenter and at the supports.",
@@ -76,10 +77,10 @@ def _checks(which: str, result: BendingResult) -> tuple[Check, ...]:
             "trapezoidal rule with steps of 0.5 mm",
         ),
         at_most(
-            f"{which}: indenter's force less supports' (N)",
+            f"{which}: difference of the indenter's and the supports' force (N)",
             float(bearing),
             0.01,
-            "equilibrium, to the tolerance of Newton's method",
+            "equilibrium, within the tolerance of Newton's method",
         ),
     )
 
@@ -97,7 +98,7 @@ def _dissipation_checks(result: BendingResult) -> tuple[Check, ...]:
             "yielding: smallest dissipation of a step, over all of it",
             float(dissipated.diff().min() / dissipated.iloc[-1]),
             -1e-9,
-            "second law, to rounding",
+            "second law of thermodynamics, within rounding errors",
         ),
         at_least(
             "yielding: dissipated by the material, over the largest work",

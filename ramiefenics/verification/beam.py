@@ -176,8 +176,9 @@ def beam() -> Study:
     table.insert(1, "share of shear", 1 / (1 + tube.shear_N / (tube.bending_Nmm2 * k**2)))
     return Study(
         "Timoshenko's beam",
-        "The calibration stalk under a small load that varies along it as a cosine, so that no end "
-        "and no local load disturbs: deflection over that of a layered Timoshenko beam, "
+        "The calibration stalk under a small load that varies along it as a cosine, so that "
+        "neither an end nor a local load disturbs it: deflection relative to that of a layered "
+        "Timoshenko beam, "
         f"EI = {tube.bending_Nmm2:.4g} N mm2 and shear stiffness {tube.shear_N:.4g} N "
         "(Timoshenko 1921; shear by Saint-Venant's flexure of the layered tube, which for one "
         "layer is Cowper's coefficient of 1966 without lateral contraction).",

@@ -101,8 +101,8 @@ def brazier() -> Study:
     fine = np.linspace(shares[0], shares[-1], 1000)
     return Study(
         "Brazier's moment",
-        f"A tube with radius {RADIUS:g} and wall {WALL:g} mm in pure bending, no contact: its "
-        "section flattens, and its moment has a maximum of 2 sqrt(2) / 9 pi E r t^2 / "
+        f"A tube of radius {RADIUS:g} mm and wall thickness {WALL:g} mm in pure bending, without "
+        "contact: its section flattens, and its moment has a maximum of 2 sqrt(2) / 9 pi E r t^2 / "
         "sqrt(1 - nu^2) where the diameter is shorter by 2/9 (Brazier 1927). His theory is of "
         "first order in the flattening.",
         (
@@ -111,7 +111,7 @@ def brazier() -> Study:
                 float(moments[top]),
                 1.0,
                 0.05,
-                "the square of a flattening of 2/9",
+                "the theory neglects the square of a flattening of 2/9",
             ),
             near(
                 "curvature at the largest moment over Brazier's",

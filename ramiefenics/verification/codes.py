@@ -105,7 +105,8 @@ def pinned() -> Study:
     return Study(
         "Other codes: pinned tube",
         "The layered tube without contact, St. Venant-Kirchhoff, first-order cells: all nodes of "
-        "the middle section are pushed down, all of the section at the support held. Forces in N.",
+        "the middle section are pushed down, and all of the section at the support are held. "
+        "Forces in N.",
         (
             at_most(
                 "largest difference to any code (N)", float(miss), 1.5e-5, "printed to five places"
@@ -192,9 +193,9 @@ def closed() -> Study:
         "Other codes: a void that closes",
         "The same layers and cells, the void widened to 11 mm, pinched without friction between "
         "two cylinders of 15 mm radius opposite each other, until the void closes and beyond. "
-        "CalculiX has surface-to-surface penalties, of cylinders and walls alike. The error of a "
-        "penalty is in proportion to its inverse, which gives the limit of a rigid one. Forces in "
-        "N.",
+        "CalculiX has surface-to-surface penalties, for cylinders and walls alike. The error of a "
+        "penalty is inversely proportional to it, which gives the limit of rigid contact. "
+        "Forces in N.",
         (
             at_most(
                 "largest relative difference to CalculiX once the void has closed",
@@ -206,7 +207,7 @@ def closed() -> Study:
                 "largest share of the force that goes through the void",
                 float((pressed / table["ramiefenics"]).max()),
                 0.5,
-                "or its contact would hardly be tested",
+                "otherwise its contact would hardly be tested",
             ),
         ),
         table[table.index >= CLOSED_TRAVEL_MM - 2.0]

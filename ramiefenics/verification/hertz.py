@@ -255,16 +255,16 @@ def penalty() -> Study:
     rate = np.log(gaps[-2] / gaps[-1]) / np.log(PENALTIES[-1] / PENALTIES[-2])
     return Study(
         "Penalty method",
-        "The same block with contact by a penalty on the overlap, written independently: as the "
-        "penalty grows, its force approaches that of Nitsche's method from below, in inverse "
-        "proportion (Kikuchi and Oden 1988).",
+        "The same block with contact by a penalty on the overlap, implemented independently: as "
+        "the penalty grows, its force approaches that of Nitsche's method from below, and the "
+        "difference is inversely proportional to the penalty (Kikuchi and Oden 1988).",
         (
             near("order at which the difference falls", float(rate), 1.0, 0.15, "asymptotic"),
             at_most(
                 "difference at the largest penalty, relative",
                 gaps[-1],
                 0.005,
-                "the last of a sequence that goes on falling",
+                "the last of a sequence that is still falling",
             ),
         ),
         pd.DataFrame(

@@ -72,17 +72,17 @@ def locking() -> Study:
     )
     return Study(
         "Locking",
-        "A bar of phloem, E_Z / E_X = 845 and nu_ZX = 3.4, two cells high, in pure bending, by "
-        "cells up to 20 times as long as high. Stiffness over the exact one. First-order cells "
-        "cannot bend without shear, nor thin above and thicken below as Poisson's ratio wants, "
-        "whatever their length: they are for comparison only. Second-order ones hold the exact "
-        "solution.",
+        "A bar of phloem, E_Z / E_X = 845 and nu_ZX = 3.4, two cells high, in pure bending, with "
+        "cells up to 20 times as long as high. The stiffness is relative to the exact one. "
+        "Whatever their length, first-order cells cannot bend without shear, and cannot become "
+        "thinner above and thicker below as Poisson's ratio requires: they are for comparison "
+        "only. Second-order cells can represent the exact solution.",
         (
             at_most(
                 "second order: largest error of the stiffness",
                 worst,
                 1e-4,
-                "the exact solution is in the space; what is left is the law's curvature",
+                "the exact solution is in the space; the law is not quite linear",
             ),
         ),
         pd.DataFrame({"length / height of a cell": ASPECTS, **ratios}),

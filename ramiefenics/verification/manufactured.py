@@ -82,7 +82,7 @@ def manufactured() -> Study:
                     orders[-1],
                     expected,
                     0.2 / expected,
-                    "the theory's order, from meshes not yet in the limit",
+                    "the theory's order, with meshes not yet in the limit",
                 )
             )
             series.append(Series(f"order {order}, {name}", sizes, list(errors[:, k])))
@@ -91,9 +91,9 @@ def manufactured() -> Study:
     return Study(
         "Manufactured solution",
         "A unit cube of xylem with fibres along Z, and a smooth displacement with strains up to "
-        "40 % that stretches fibres here and makes them give way there. The body force is the "
-        "divergence of its stress, by symbolic differentiation (Roache 1998). Expected orders: "
-        "p + 1 in L2, p for the gradient.",
+        "40 % that stretches fibres in some places and makes them give way in others. The body "
+        "force is the divergence of its stress, by symbolic differentiation (Roache 1998). "
+        "Expected orders: p + 1 in L2, p for the gradient.",
         tuple(checks),
         pd.DataFrame(rows),
         Plot("cell size (mm)", "error", tuple(series), log=True),

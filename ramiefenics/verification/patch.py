@@ -88,7 +88,7 @@ def patch() -> Study:
         "Two layers, xylem below phloem, each with a constant deformation gradient, different "
         "but compatible and in balance at their interface. Displacements are prescribed on the "
         f"surface; inside, {CELLS}^3 cells are distorted at random by up to {DISTORTION:.0%} of "
-        "their size. The exact solution is linear in each layer and must come out.",
+        "their size. The exact solution is linear in each layer and must be reproduced.",
         (
             at_most(
                 "largest error of the displacement, relative",

@@ -19,13 +19,14 @@ NAME = "verification"
 
 HEAD = """# Verification
 
-What the solver claims, each claim with the command that checks it: `./run ramiefenics verify NAME`,
-or all of them by `./run ramiefenics verify --out docs`, which wrote this page. The tests run every
-study too, and besides: energy, stress and tangent of the laws against finite differences, the
-linearisation against the stiffness, objectivity (`tests/test_laws.py`); jumps
-(`tests/test_jump.py`); two ranks against one (`tests/test_parallel.py`). How the answer depends on
-mesh and steps is in [convergence.md](convergence.md); a second solver, with inertia and explicit
-time steps, checks the whole curve in [explicit.md](explicit.md).
+Every claim of the solver, with the command that checks it: `./run ramiefenics verify NAME`, or
+`./run ramiefenics verify --out docs` for all of them, which wrote this page. The tests run all
+studies, and also check energy, stress and tangent of the laws against finite differences, their
+linearisation against the stiffness, and objectivity (`tests/test_laws.py`); jumps
+(`tests/test_jump.py`); and two ranks against one (`tests/test_parallel.py`).
+[convergence.md](convergence.md) describes how the results depend on mesh and steps. In
+[explicit.md](explicit.md) a second solver, with inertia and explicit time steps, checks the whole
+curve.
 
 """
 
@@ -86,7 +87,7 @@ class Verification(Result):
     def tables(self) -> dict[str, Table]:
         """Return the table of claims, and that of every study."""
         own = {n: Table(s.table, s.text) for n, s in self.studies.items() if not s.table.empty}
-        return {"claims": Table(self.claims(), "What the solver claims.")} | own
+        return {"claims": Table(self.claims(), "Claims of the solver.")} | own
 
     def figures(self) -> dict[str, Picture]:
         """Return the plots of all studies that have one."""

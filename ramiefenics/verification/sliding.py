@@ -115,7 +115,7 @@ def sliding() -> Study:
         f"A block of {SIZE:g} x {SIZE:g} mm in plane strain is pressed against a plate "
         f"and pulled along it by a spring, with Coulomb coefficients "
         f"{FRICTION.static:g} at rest and {FRICTION.dynamic:g} in motion, from the former to the "
-        f"latter by exp(-slip / {FRICTION.weakening_mm:g} mm). The exact slip is where spring and "
+        f"latter by exp(-slip / {FRICTION.weakening_mm:g} mm). At the exact slip, spring and "
         f"friction are in balance; steps of {STEP:g} and of {LONG_STEP:g} mm must both find it.",
         _checks(tables, exact, normal),
         tables[STEP].iloc[::10],
@@ -133,7 +133,7 @@ def _checks(
     stuck = table["slipped (mm)"][loose - 1] / table["pulled (mm)"][loose - 1]
     slips = (
         at_most(
-            f"slip in steps of {step:g} mm, farthest from the exact one (mm)",
+            f"largest error of the slip, in steps of {step:g} mm (mm)",
             float(np.abs(found["slipped (mm)"] - exact[step]).max()),
             3e-4,
             "a few presliding lengths",
@@ -142,18 +142,18 @@ def _checks(
     )
     return (
         near(
-            "ratio of forces when it breaks loose",
+            "ratio of forces when the block breaks loose",
             float(ratio.max()),
             FRICTION.static,
             0.045,
             "Coulomb's law; a step of the pull changes the ratio by 0.025",
         ),
-        near("ratio at the end", float(ratio.iloc[-1]), coefficient(slid), 1e-3, "the law"),
+        near("ratio at the end", float(ratio.iloc[-1]), coefficient(slid), 1e-3, "friction law"),
         at_most(
-            "slip before it breaks loose, over the pull",
+            "slip before the block breaks loose, over the pull",
             float(stuck),
             0.01,
-            "it sticks, up to the regularisation",
+            "the block sticks, but for the regularisation",
         ),
         *slips,
         near(
@@ -167,7 +167,7 @@ def _checks(
             "smallest friction work of a step (N mm)",
             float(work.diff().min()),
             0.0,
-            "it dissipates",
+            "friction dissipates",
         ),
     )
 

@@ -42,10 +42,11 @@ def stability() -> Study:
     kink = elastic.G_XZ_MPa / elastic.E_Z_MPa
     return Study(
         "Stability of the laws under crushing",
-        "A point of the phloem is crushed along Y to a stretch and compressed along the fibres, "
-        "held along X; for the law isotropic, one with the same E_X and nu_XY and no fibres. The "
-        "table has the axial compression at which the acoustic tensor is no "
-        f"longer positive (empty: not within {COMPRESSIONS[-1]:.0%}). Fibres with a linear law "
+        "A material point of the phloem is crushed along Y to a given stretch and compressed along "
+        "the fibres, while it is held along X; for the law isotropic, the material has the same "
+        "E_X and nu_XY and no fibres. The table gives the axial compression at which the acoustic "
+        f"tensor is no longer positive (empty: not within {COMPRESSIONS[-1]:.0%}). Fibres with a "
+        "linear law "
         "kink where their stress reaches the shear modulus, at a strain of G_XZ / E_Z "
         f"= {kink:.2%} (Rosen 1965); St. Venant-Kirchhoff collapses under uniaxial strain at a "
         "stretch of 1 / sqrt(3), where the stress (lambda^3 - lambda) C11 / 2 has its extremum.",
@@ -61,10 +62,10 @@ def stability() -> Study:
                 "transverse stretch at which svk collapses, without axial compression",
                 collapse,
                 3**-0.5 - (STRETCHES[0] - STRETCHES[1]),
-                "shear may take it earlier; a scan in steps of 0.04",
+                "shear may make it collapse earlier; a scan in steps of 0.04",
             ),
             at_least(
-                "stretches at which saturating_fibre stays elliptic, as a share",
+                "share of the stretches at which saturating_fibre stays elliptic",
                 float(np.isnan(lost["saturating_fibre"]).mean()),
                 1.0,
                 "the purpose of this law",

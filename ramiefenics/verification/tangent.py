@@ -62,10 +62,10 @@ def tangent() -> Study:
     orders = observed_orders(list(SIZES), norms)
     return Study(
         "Tangent",
-        f"The calibration stalk at {TRAVEL:g} mm of travel, in a step of {STEP:g} mm, all nodes "
-        "disturbed at random in all directions by s: the residual less its linearisation must fall "
-        "with the square of s (Taylor's theorem), contact and friction included. Points that begin "
-        "to touch under a disturbance make a kink, so s is small.",
+        f"The calibration stalk at {TRAVEL:g} mm of travel, in a step of {STEP:g} mm, with all "
+        "nodes disturbed at random in all directions by s: the residual less its linearisation, "
+        "contact and friction included, must fall with the square of s (Taylor's theorem). Points "
+        "that begin to touch under a disturbance cause a kink, so s is small.",
         (near("last observed order", orders[-1], 2.0, 0.05, "Taylor's theorem"),),
         pd.DataFrame({"s (mm)": SIZES, "remainder (N)": norms}),
         Plot(

@@ -34,7 +34,7 @@ def guess_reader(paths: Sequence[str | Path], options: Mapping[str, Any]) -> Rea
                 return reader
             except SpecificationError as error:
                 refused = refused or error
-    raise refused or SpecificationError("options", ", ".join(options), "belong to no format")
+    raise refused or SpecificationError("options", ", ".join(options), "must all be of one format")
 
 
 def find_reader(format: str | Path) -> Reader:

@@ -56,7 +56,7 @@ class Reader:
         """
         for name, value in given.items():
             if name not in self.options:
-                allowed = f"must be left out for the format {self.name}, whose files say it"
+                allowed = f"must be left out for the format {self.name}, whose files state it"
                 raise SpecificationError(name, value, allowed)
 
 

@@ -53,7 +53,7 @@ class TextColumns:
         for column in named:
             quantity, _, unit = column.partition("_")
             if quantity not in QUANTITIES:
-                allowed = f"must be {', '.join(QUANTITIES)} with a unit, as force_N, or -"
+                allowed = f"must be {', '.join(QUANTITIES)} with a unit, such as force_N, or -"
                 raise SpecificationError("columns", column, allowed)
             unit_factor(f"unit of columns.{column}", unit, QUANTITIES[quantity])
         there = [column.partition("_")[0] for column in named]

@@ -89,7 +89,10 @@ def _found(path: Path) -> tuple[list[str], tuple[int, str, Columns]]:
             versions += [read_lines(path, ("gb18030",))] if _is_bytes(path, "gb18030") else []
     with_names = [(lines, at) for lines in versions if (at := _names(path, lines)) is not None]
     if len(with_names) > 1:
-        allowed = "must have one sheet with a force and a displacement; export each specimen apart"
+        allowed = (
+            "must have only one sheet with a force and a displacement; export each specimen to its "
+            "own file"
+        )
         raise SpecificationError(path.name, len(with_names), allowed)
     if with_names:
         return with_names[0]
@@ -97,8 +100,8 @@ def _found(path: Path) -> tuple[list[str], tuple[int, str, Columns]]:
         path.name,
         None,
         f"must have a line that names a displacement ({', '.join(NAMES['displacement_mm'][:3])}, "
-        f"...) and a force ({', '.join(NAMES['force_N'][:3])}, ...); rename its columns so, or "
-        "use the format columns",
+        f"...) and a force ({', '.join(NAMES['force_N'][:3])}, ...); rename the columns "
+        "accordingly, or use the format columns",
     )
 
 
