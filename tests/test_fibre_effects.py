@@ -242,7 +242,7 @@ def test_companions_are_given_by_name() -> None:
     effect = rf.EFFECTS["fibre_yield"].given(yield_strain=0.02)
     constants = effect.apply(rod(XYLEM), 0.4).stalk.layers[0].material.law_constants
     assert constants == {"yielding_share": 0.4, "yield_strain": 0.02}
-    with pytest.raises(rf.SpecificationError, match=r"fibre_yield\.hardening = 0\.1 is no comp"):
+    with pytest.raises(rf.SpecificationError, match=r"fibre_yield\.hardening = 0\.1 is not a comp"):
         effect.given(hardening=0.1)
     companions = (rf.Companion("yield_strain", "1", 0.03, 0.5),)
     with pytest.raises(rf.SpecificationError, match=r"companions.*whose default is 0\.03"):

@@ -366,7 +366,7 @@ def test_a_position_that_runs_down_becomes_a_displacement(tmp_path: Path) -> Non
     np.savetxt(raw, np.column_stack([position, 62.0 - position]))
     (record,) = rf.read_raw([raw], "columns").values()
     assert record.curve["displacement_mm"].to_numpy() == pytest.approx(62.0 - position)
-    assert "sign of displacement_mm turned" in record.notes[0]
+    assert "sign of displacement_mm reversed" in record.notes[0]
 
 
 FIRST = 40

@@ -425,7 +425,7 @@ def test_a_specimen_may_be_tested_several_times(several: Path) -> None:
             "tests.csv",
             "c.csv",
             "a.csv",
-            r"row 4, curve = 'a.csv' must not have the same",
+            r"row 4, curve = 'a.csv' must not be the same curve",
         ),
         ("tests.csv", "0,b.csv", "0,", r"tests\.csv, row 2, column curve = '' must not be empty"),
         ("tests.csv", "span", "length", r"tests\.csv"),
