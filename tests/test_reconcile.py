@@ -379,7 +379,11 @@ DEFECTS = [
         '["friction", "friction", "nu xylem"]',
         r"factors = .* must be a list of two or more different columns",
     ),
-    ('response = "force"', 'response = "friction"', r"response = 'friction' must be .* not a factor"),
+    (
+        'response = "force"',
+        'response = "friction"',
+        r"response = 'friction' must be .* not a factor",
+    ),
     ("model =", "modle =", r"modle = 'interaction' is an unknown key"),
     ("0.76", "0.67", r"beyond repair"),
 ]

@@ -118,7 +118,9 @@ def test_four_point_data_are_reduced_by_their_own_formulae(tmp_path: Path) -> No
     ],
 )
 def test_other_fixtures_are_not_reduced(tmp_path: Path, changes: list[str]) -> None:
-    refused = r"fixture = 'indenter above at .* must be that of three- or four-point bending, to which"
+    refused = (
+        r"fixture = 'indenter above at .* must be that of three- or four-point bending, to which"
+    )
     with pytest.raises(rf.SpecificationError, match=refused):
         straight_curve(tmp_path, *changes)
     test = rf.override(rf.ramie(14.0, 7.0, 0.7), changes)
