@@ -52,11 +52,10 @@ because derivatives at the baseline may be wrong by as much as an effect gains."
 PAIR = 2
 """Number of effects in the largest sets that the derivatives at the baseline may suggest."""
 
-FREE, FREE_RIVAL = 1, 16.0
-"""Number of effects that are added to each single effect other than the best, if neither of them
-needs simulations, and the log-probability by which such a pair may be worse than the best set. A
-gap moves the whole curve, and the derivatives of other effects do not account for that.
-"""
+FREE_RIVAL = 16.0
+"""Log-probability by which a pair of effects that need no simulations may be worse than the best
+set, and still be fitted. A gap moves the whole curve, and the derivatives of other effects do not
+account for that."""
 
 RIVAL, LARGER = 5.0, 2.0
 """Log-probability by which a set may be worse, by the derivatives, than another set of its size or
@@ -215,11 +214,11 @@ class Search:
     def _whatever_promised(
         self, here: Names, larger: Sequence[tuple[Names, float]]
     ) -> list[tuple[Names, float]]:
-        """Return a few single effects, or pairs without simulations, to be fitted in any case."""
+        """Return a few single effects, or the best pair without simulations, to be fitted."""
         next_size = [one for one in larger if len(one[0]) == len(here) + 1 <= PAIR]
         if here:
             next_size = [one for one in next_size if self._free.issuperset(one[0])]
-        return sorted(next_size, key=lambda one: -one[1])[: FREE if here else SINGLES]
+        return sorted(next_size, key=lambda one: -one[1])[: 1 if here else SINGLES]
 
     def _promise(self, names: Names, start: Reached, gain: float) -> None:
         promise = start.score + gain
@@ -251,10 +250,10 @@ class Search:
 
         A pair that contains the best set is not, because promises are right where that set fits.
         """
-        if len(names) == 1:
-            return names in self._insisted
+        if names not in self._insisted:
+            return False
         promising = self._promised[names] > self._best.score - FREE_RIVAL
-        return names in self._insisted and promising and not set(names) > set(self._best.names)
+        return len(names) == 1 or (promising and not set(names) > set(self._best.names))
 
     def _least(self, names: Names) -> float:
         """Return the score that must be promised of a set for it to be fitted."""
