@@ -73,3 +73,8 @@ class Blocks:
         diagonal[...] = elsewhere
         whole[self.specimen, self.place, :, self.place, :] = kernels
         return whole.reshape(n, q * m, q * m)
+
+    def kernels(self, covariance: Array) -> Array:
+        """Return the blocks of the curves, shape (r, m, m), on the diagonals of (n, b, b)."""
+        whole = covariance.reshape(self.number, self.most, self.points, self.most, self.points)
+        return np.asarray(whole[self.specimen, self.place, :, self.place, :])

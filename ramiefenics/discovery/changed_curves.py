@@ -12,7 +12,8 @@ from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.standing import Place, Standing, change_of
 from ramiefenics.runs.curve import normalised, stiffer
 from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.surrogate.coordinates import Path, numbers, with_numbers
+from ramiefenics.specification.replacing import Path, replaced
+from ramiefenics.surrogate.coordinates import numbers
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def _following(test: BendingTest, other: BendingTest, varied: Sequence[Path]) ->
     if not changed or old.keys() != new.keys():
         return test
     try:
-        return stiffer(with_numbers(here, changed), factor)
+        return stiffer(replaced(here, changed), factor)
     except SpecificationError:  # these numbers are not possible without others
         return test
 

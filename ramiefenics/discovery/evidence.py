@@ -189,18 +189,26 @@ class Evidence:
         whole += own @ own.transpose(0, 2, 1)
         return whole
 
-    def covariance_slopes(self, scatter: Scatter) -> Array:
-        """Return the derivatives of `covariance` with respect to `Scatter.logarithms`.
+    def slopes(self, by_covariance: Array, scatter: Scatter) -> Array:
+        """Return derivatives with respect to `Scatter.logarithms`, shape (number of logarithms,).
 
-        Their shape is (number of logarithms, n, b, b).
+        Parameters
+        ----------
+        by_covariance
+            Derivatives with respect to the entries of `covariance`, shape (n, b, b).
+        scatter
+            Standard deviations.
         """
-        own = self._varying(scatter).transpose(2, 0, 1)
-        columns = 2.0 * own[..., None] * own[:, :, None, :]
-        squares = (scatter.noise * self.roughness[:, None, None]) ** 2
+        own = self._varying(scatter)
+        columns = 2.0 * (own * (by_covariance @ own)).sum(axis=(0, 1))
+        by_curve = self.blocks.kernels(by_covariance)
+        rough = scatter.noise**2 * np.tensordot(self.roughness**2, by_curve, axes=1)
         longer = np.exp(-self.distance / scatter.length) * self.distance / scatter.length
-        drift = np.broadcast_to(2.0 * scatter.drift**2 * self._drift, (len(squares), *longer.shape))
-        kernels = (2.0 * scatter.noise**2 * self._noise(scatter.length), squares * longer, drift)
-        stationary = [self.blocks.covariance(kernel, elsewhere=0.0) for kernel in kernels]
+        stationary = [
+            2.0 * (rough * self._kernel(scatter.length)).sum(),
+            (rough * longer).sum(),
+            2.0 * scatter.drift**2 * (by_curve.sum(axis=0) * self._drift).sum(),
+        ]
         factors = len(scatter.own)
         return np.concatenate([columns[:factors], stationary, columns[factors:]])
 
@@ -215,8 +223,11 @@ class Evidence:
 
     def _noise(self, length: float) -> Array:
         """Return the covariance of curves' noise relative to its typical variance, (r, m, m)."""
-        kernel = np.exp(-self.distance / length) + WHITE**2 * np.eye(self.blocks.points)
-        return np.asarray(self.roughness[:, None, None] ** 2 * kernel)
+        return np.asarray(self.roughness[:, None, None] ** 2 * self._kernel(length))
+
+    def _kernel(self, length: float) -> Array:
+        """Return the covariance of the noise of a typical curve, relative to its variance."""
+        return np.exp(-self.distance / length) + WHITE**2 * np.eye(self.blocks.points)
 
     @cached_property
     def _drift(self) -> Array:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import value_at
+from ramiefenics.specification.replacing import replaced
 
 DIRECTIONS = {
     "axial": ("E_Z_MPa", "G_XZ_MPa"),
@@ -80,7 +81,7 @@ def apply_factors(
         for key in factor.keys:
             value = values[key] if key in values else _number(test, key, factor.name)
             values[key] = math.exp(log_factor) * value
-    return override(test, values)
+    return replaced(test, {tuple(key.split(".")): value for key, value in values.items()})
 
 
 def _number(test: BendingTest, key: str, name: str) -> float:

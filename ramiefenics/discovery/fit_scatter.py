@@ -76,14 +76,17 @@ def log_evidence_slope(
     """
     columns = evidence.shared_columns([evidence.names.index(name) for name in effects])
     covariance = evidence.covariance(scatter)
-    inverse, data = np.linalg.inv(covariance), evidence.data[..., 0]
+    inverse, data = np.linalg.inv(covariance), evidence.data
     weighted = inverse @ columns
-    gram = np.eye(columns.shape[2]) + np.einsum("nbi,nbj->ij", columns, weighted)
-    expected = np.linalg.solve(gram, np.einsum("nbi,nb->i", weighted, data))
-    residual = np.einsum("nbc,nc->nb", inverse, data) - weighted @ expected
-    volume = np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(gram)[1]
+    gram = np.eye(columns.shape[2]) + np.tensordot(columns, weighted, axes=((0, 1), (0, 1)))
+    expected = np.linalg.solve(gram, np.tensordot(weighted, data, axes=((0, 1), (0, 1))))
+    residual = inverse @ data - weighted @ expected
+    volume = sum(
+        2.0 * np.log(np.diagonal(np.linalg.cholesky(matrix), axis1=-2, axis2=-1)).sum()
+        for matrix in (covariance, gram)
+    )
     value = -0.5 * float((residual * data).sum() + volume) + scatter.log_prior()
-    shared = weighted @ np.linalg.inv(gram) @ weighted.transpose(0, 2, 1)
-    by_covariance = 0.5 * (residual[:, :, None] * residual[:, None, :] - inverse + shared)
-    slope = np.einsum("nbc,pnbc->p", by_covariance, evidence.covariance_slopes(scatter))
+    shared = (weighted @ np.linalg.inv(gram)) @ weighted.transpose(0, 2, 1)
+    by_covariance = 0.5 * (residual @ residual.transpose(0, 2, 1) - inverse + shared)
+    slope = evidence.slopes(by_covariance, scatter)
     return value, slope + scatter.prior_derivatives()[0]

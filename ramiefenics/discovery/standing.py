@@ -19,7 +19,8 @@ from scipy.interpolate import Akima1DInterpolator
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.runs.curve import REMEMBERED, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.surrogate.coordinates import Path, coordinates, numbers, rest_of
+from ramiefenics.specification.replacing import Path
+from ramiefenics.surrogate.coordinates import coordinates, numbers, rest_of
 
 NEAR = 0.3
 """Largest difference of a coordinate (for lengths and moduli, the logarithm) between a stalk and

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ramiefenics.runs.curve import REMEMBERED
 from ramiefenics.specification import BendingTest
-from ramiefenics.specification.files import test_from_dict, to_dict
+from ramiefenics.specification.files import to_dict
+from ramiefenics.specification.replacing import Path, replaced
 
 Array = NDArray[np.floating[Any]]
-Path = tuple[str | int, ...]
 
 PARTS = ("stalk", "fixture")
 """Parts of a specification whose numbers are coordinates; everything else must be the same."""
@@ -51,26 +51,16 @@ def numbers(test: BendingTest) -> Mapping[Path, float]:
     return MappingProxyType(found)
 
 
-def with_numbers(test: BendingTest, values: Mapping[Path, float]) -> BendingTest:
-    """Return the test with some numbers replaced."""
-    return test_from_dict(_replaced(test, values))
-
-
+@functools.lru_cache(maxsize=REMEMBERED)
 def rest_of(test: BendingTest) -> str:
     """Return everything in a specification except these numbers, as text."""
-    blank = _replaced(test, dict.fromkeys(numbers(test)))
-    return json.dumps(blank, sort_keys=True)
-
-
-def _replaced(test: BendingTest, values: Mapping[Path, float | None]) -> dict[str, Any]:
-    """Return a specification as mappings and lists, with other values at some paths."""
     data: dict[str, Any] = to_dict(test)
-    for path, value in values.items():
+    for path in numbers(test):
         part: Any = data
         for key in path[:-1]:
             part = part[key]
-        part[path[-1]] = value
-    return data
+        part[path[-1]] = None
+    return json.dumps(data, sort_keys=True)
 
 
 def is_logarithmic(path: Path) -> bool:
@@ -120,4 +110,4 @@ class Direction:
             factor = math.exp(change) if is_logarithmic(path) else 1.0
             shift = 0.0 if is_logarithmic(path) else change
             changed[path] = factor * values[path] + shift
-        return with_numbers(test, changed)
+        return replaced(test, changed)

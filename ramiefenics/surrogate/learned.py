@@ -9,7 +9,8 @@ import pandas as pd
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
-from ramiefenics.surrogate.coordinates import Path, numbers, rest_of
+from ramiefenics.specification.replacing import Path
+from ramiefenics.surrogate.coordinates import numbers, rest_of
 from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
 
 

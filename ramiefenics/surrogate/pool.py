@@ -13,7 +13,8 @@ from scipy.linalg import qr
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
-from ramiefenics.surrogate.coordinates import Direction, Path, is_logarithmic
+from ramiefenics.specification.replacing import Path
+from ramiefenics.surrogate.coordinates import Direction, is_logarithmic
 from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
 
@@ -90,12 +91,17 @@ class Pool:
             every = [index for index, one in enumerate(questions) if self._roughness(one)]
             if not plain and smooth and len(every) > FEW * len(questions):
                 return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
-            directions = self._directions(questions)
-            if rough := [index for index in every if index in unknown]:
-                yield from self._simulate(
-                    [questions[index] for index in rough], () if plain else directions, False
-                )
+            rough = {index: self._forces_known(questions[index]) for index in every}
+            if new := [i for i, known in rough.items() if i in unknown and not known]:
+                # a jump is simulated once, not once per derivative, which others may tell
+                yield from self._simulate([questions[index] for index in new], (), False)
                 continue
+            directions = self._directions(questions)
+            if all(index in rough for index in unknown):
+                left = [questions[index] for index in unknown]
+                yield from self._simulate(left, directions, False)
+                continue
+            unknown = {i: error for i, error in unknown.items() if i not in rough}
             if plain and (one_by_one or len(unknown) <= WORTHWHILE):
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
@@ -174,6 +180,10 @@ class Pool:
         """Return the reason why there is no smooth curve; None if none is known."""
         here = (run.error for run in self.runs if run.smooth and _here(run, question))
         return next((error for error in here if error is not None), None)
+
+    def _forces_known(self, question: Question) -> bool:
+        """Return whether a simulation that may jump has succeeded or failed."""
+        return any(not run.smooth and _here(run, question) for run in self.runs)
 
     def _run_of(self, question: Question) -> Run | None:
         for run in reversed(self.runs):

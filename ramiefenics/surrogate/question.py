@@ -10,7 +10,8 @@ import pandas as pd
 
 from ramiefenics.runs.curve import CurveTask, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.surrogate.coordinates import Path, coordinates, numbers
+from ramiefenics.specification.replacing import Path
+from ramiefenics.surrogate.coordinates import coordinates, numbers
 from ramiefenics.surrogate.family import Array
 
 SMALL = 1e-3
