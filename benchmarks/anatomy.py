@@ -156,10 +156,10 @@ def page(found: dict[str, dict[str, Any]]) -> str:
     return (
         "# Anatomy of hidden effects\n\n"
         "Made by `./run python benchmarks/anatomy.py`: eight stalks, simulated by finite elements "
-        "on a mesh of their own, 1 % noise, with an effect in them that nobody suspects; what it "
-        "is about is in [discovery.md](discovery.md#anatomy-of-the-unknown). The place is right in "
-        f"{right} of {len(found)} cases. The last column is the share of the points at which the "
-        "95 % band of the learned function holds the hidden one.\n\n"
+        "on a mesh of their own, 1 % noise, with an effect that is not among the suspects; "
+        "[discovery.md](discovery.md#anatomy-of-the-unknown) describes the method. The place is "
+        f"right in {right} of {len(found)} cases. The last column is the share of the points at "
+        "which the 95 % band of the learned function contains the hidden one.\n\n"
         + table(head, rows)
         + "\n![What was hidden, and what was learned](discovery_anatomy.png)\n"
     )

@@ -89,8 +89,8 @@ def page(records: dict[str, dict[str, Any]]) -> str:
         [
             "# Blind tests",
             "",
-            "Made by `./run python benchmarks/discovery.py`; what it is about is in",
-            "[discovery.md](discovery.md). Eight stalks each, simulated on a mesh finer than those",
+            "Made by `./run python benchmarks/discovery.py`; [discovery.md](discovery.md) has the",
+            "method. Eight stalks each, simulated on a mesh finer than those",
             "of the analysis (`MESH` in `ramiefenics.discovery.synthetic`);",
             f"{len(LISTED)} suspects, those of [effects.md](effects.md) but",
             f"{', '.join(f'`{name}`' for name in EFFECTS if name not in SUSPECTS)}, of which a",
@@ -137,8 +137,9 @@ def _totals(found: list[dict[str, Any]]) -> str:
     ]
     return (
         f"At typical size and 1 % noise, {sum(map(named, typical))} of {len(typical)} single "
-        f"effects are named. {sum(map(wrong, found))} of {len(found)} cases have a wrong name. Of "
-        f"{len(held)} intervals of what was named right, {sum(held)} hold the amplitude. One "
+        f"effects are named. In {sum(map(wrong, found))} of {len(found)} cases a wrong effect is "
+        f"named. Of {len(held)} intervals of those named correctly, {sum(held)} contain the "
+        "amplitude. One "
         f"`discover` on one core took {np.median(minutes):.1f} minutes, {max(minutes):.1f} at most."
     )
 

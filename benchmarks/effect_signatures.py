@@ -168,15 +168,20 @@ def panels(baseline: Baseline, found: dict[str, Array]) -> Figure:
         share = 100.0 / baseline.peak_N
         band = share * baseline.band_N
         for axes, (name, change) in zip(grid, found.items(), strict=False):
-            axes.fill_between(GRID_MM, -band, band, color=SKY, alpha=0.35, lw=0)
-            axes.plot(GRID_MM, share * change, color=VERMILION, lw=1.4)
-            axes.plot(GRID_MM, share * baseline.left(change), "--", color=BLUE, lw=1.1)
+            label = "95 % of what other moduli cause"
+            axes.fill_between(GRID_MM, -band, band, color=SKY, alpha=0.35, lw=0, label=label)
+            axes.plot(GRID_MM, share * change, color=VERMILION, lw=1.4, label="change")
+            left = share * baseline.left(change)
+            axes.plot(GRID_MM, left, "--", color=BLUE, lw=1.1, label="left after a fit of moduli")
             axes.axhline(0.0, color=GREY, lw=0.6)
             effect = EFFECTS[name]
             unit = "" if effect.unit == "1" else f" {effect.unit}"
             axes.set_title(f"{name}\n{effect.typical:g}{unit}", fontsize=7)
         for axes in grid[len(found) :]:
             axes.set_axis_off()
+        for axes in grid[len(found) - columns : len(found)]:  # without a panel below
+            axes.tick_params(labelbottom=True)
+        drawing.legend(*grid[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
         drawing.supxlabel("Displacement (mm)")
         drawing.supylabel("Change of force (% of the peak)")
     return drawing
@@ -187,9 +192,9 @@ def heat_map(names: list[str], angles: Array) -> Figure:
     with mpl.rc_context(STYLE | {"font.size": 6.0, "axes.grid": False}):
         drawing = Figure(figsize=(8.2, 7.6), layout="constrained")
         axes = drawing.subplots()
-        image = axes.imshow(angles, cmap="cividis", vmin=0.0, vmax=90.0)
+        image = axes.imshow(angles, cmap="cividis", vmin=0.0, vmax=180.0)
         for (i, j), angle in np.ndenumerate(angles):
-            colour = "w" if angle < 50.0 else "k"
+            colour = "w" if angle < 90.0 else "k"
             axes.text(j, i, f"{angle:.0f}", ha="center", va="center", color=colour, fontsize=5)
         axes.set_xticks(range(len(names)), names, rotation=90)
         axes.set_yticks(range(len(names)), names)

@@ -53,7 +53,7 @@ DRAWN_S = (0.0025, 0.005, 0.01, 0.02, 0.1)
 
 Rows = Mapping[str, Mapping[str, Any]]
 
-HEAD = """# Explicit dynamics
+HEAD = r"""# Explicit dynamics
 
 Written by `./run python benchmarks/explicit.py`. The stalk of the calibration (`table3`) is bent
 to 14 mm of travel with inertia, by explicit time integration, as a quarter model with the default
@@ -70,24 +70,33 @@ same force, and how fast may the simulated test be?
 ## Method
 
 The weak form, the material laws and the contact are those of the quasi-static simulation. With the
-lumped mass M and the residual R, the central difference method (Belytschko, Liu and Moran 2000,
-section 6.2) gives
+lumped mass $M$ and the residual $\mathcal{R}$, the central difference method (Belytschko, Liu and
+Moran 2000, section 6.2) gives
 
-    M (v+ - v-) / dt = -R(u + b dt v-),    u+ = u + dt v+,    dt = 0.9 * 2 / (w_max sqrt(1 + 2 b))
+$$
+M \frac{v^+ - v^-}{\Delta t} = -\mathcal{R}(u + \beta \, \Delta t \, v^-), \qquad
+u^+ = u + \Delta t \, v^+, \qquad
+\Delta t = \frac{0.9 \cdot 2}{\omega_\mathrm{max} \sqrt{1 + 2 \beta}}
+$$
 
-For b = 0 this is the limit of Courant, Friedrichs and Lewy (1928). The highest frequency w_max is
-computed from the tangent by Arnoldi's method (1951) every 0.1 mm of travel. The damping b = 0.06
-acts fully on vibrations of that frequency, and on slower ones in proportion to their frequency.
+For $\beta = 0$ this is the limit of Courant, Friedrichs and Lewy (1928). The highest angular
+frequency $\omega_\mathrm{max}$ is computed from the tangent by Arnoldi's method (1951) every 0.1 mm
+of travel. The damping $\beta = 0.06$ acts fully on vibrations of that frequency, and on slower ones
+in proportion to their frequency.
 Slow vibrations are damped by a drag on the difference between the velocity and its mean over a
 twentieth of the test (Akervik et al. 2006). The velocity of the indenter is
 
-    v(t) = V (10 x^3 - 15 x^4 + 6 x^5),    x = min(t / (0.2 T), 1),    V = 14 mm / (0.9 T)
+$$
+v(t) = V (10 x^3 - 15 x^4 + 6 x^5), \qquad
+x = \min \left( \frac{t}{0.2 \, T}, 1 \right), \qquad
+V = \frac{14 \text{ mm}}{0.9 \, T}
+$$
 
-for a test of duration T. Forces are averaged over 0.1 mm of travel on either side and not filtered
-otherwise. Because the material does not depend on rate, multiplying all masses by f (mass scaling)
-has the same effect as shortening the test by the square root of f. The energy error is the
-difference between the work of the indenter and the sum of stored energy, kinetic energy, friction
-and damping. [model.md](model.md) gives the details.
+for a test of duration $T$. Forces are averaged over 0.1 mm of travel on either side and not
+filtered otherwise. Because the material does not depend on rate, multiplying all masses by $f$
+(mass scaling) has the same effect as shortening the test by the factor $\sqrt{f}$. The energy error
+is the difference between the work of the indenter and the sum of stored energy, kinetic energy,
+friction and damping. [model.md](model.md) gives the details.
 
 """
 SPEED = """
@@ -220,7 +229,7 @@ def figure(rows: Rows) -> Figure:
         left.plot(curve["displacement_mm"], curve["force_N"], "k--", lw=1.3, label="implicit")
         left.set(xlabel="Indenter displacement (mm)", ylabel="Force (N)", xlim=(0, None))
         left.set_ylim(bottom=0.0)
-        left.legend(frameon=False, fontsize=8, title="duration of the test", title_fontsize=8)
+        left.legend(fontsize=8, title="duration of the test", title_fontsize=8)
         _draw_errors(right, rows, static)
     return drawing
 
@@ -247,10 +256,11 @@ def _draw_errors(axes: Axes, rows: Rows, static: Mapping[str, Any]) -> None:
     axes.axvline(
         ripple, color=GREY, lw=1.0, ls="-.", label=f"period of the ripple, {ripple:.1f} ms"
     )
-    axes.set(xlabel="Duration / root of mass factor (ms)", ylabel="Share (%)", ylim=(0.3, 300.0))
+    axes.set(xlabel="Duration / root of mass factor (ms)", ylabel="Share (%)")
+    axes.set_ylim(top=300.0)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(fontsize=8)
 
 
 def line(row: Mapping[str, Any], static: Mapping[str, Any]) -> list[str]:

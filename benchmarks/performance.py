@@ -60,7 +60,7 @@ def race(record: dict[str, Any]) -> str:
         for code, run in codes.items():
             forces = [f"{run[f'force_{at}mm_N']:.2f}" for at in (4, 8, 14)]
             rows.append([label, code, *forces, f"{run['median_s']:.1f}", f"{run['over_ours']:.1f}"])
-    head = ["mesh", "code", "F(4 mm) (N)", "F(8 mm)", "F(14 mm)", "user CPU (s)", "over ours"]
+    head = ["mesh", "code", "F(4 mm) (N)", "F(8 mm)", "F(14 mm)", "user CPU (s)", "ratio"]
     return table(head, rows)
 
 
@@ -76,24 +76,26 @@ def comparison() -> str:
 
 Made by `./run python benchmarks/performance.py` from the records of the other benchmarks, measured
 on shared virtual machines of two cores and 24 GB, not all on the same one; one thread per process.
-Process CPU times unless it says otherwise.
+CPU times are those of the process unless stated otherwise.
 
 ## Error against time
 
 ![Error of the maximum force against CPU time, both element orders](performance.png)
 
-Of the calibration stalk with friction, to 14 mm; the error is over `{FINEST}`. All numbers are in
-[convergence.md](convergence.md). FElupe has the same law, differentiated by tensortrax, and the
-meshes of the first-order ladder; penalty contact, one coefficient of friction, 0.12, and steps of
-0.25 mm, as it does not converge with longer ones (`benchmarks/peers/front.py`).
+For the calibration stalk with friction, bent to 14 mm; errors are relative to `{FINEST}`. All
+numbers are in [convergence.md](convergence.md). FElupe has the same law, differentiated by
+tensortrax, and the meshes of the first-order ladder, with penalty contact, one coefficient of
+friction, 0.12, and steps of 0.25 mm, as it does not converge with longer ones
+(`benchmarks/peers/front.py`).
 
 ## The same problem, other codes
 
 Isotropic neo-Hookean layers between rigid cylinders to 14 mm, first-order hexahedra, meshes
 `tube_L1` (10,335 unknowns) and `tube_L2` (36,603). FElupe 11.3 with MKL PARDISO and CalculiX 2.20
-with SPOOLES, node-to-surface penalty 200 N/mm3, 1 mm steps; ours with Nitsche's method. User CPU
-time of the whole process, start-up included, median of three in turn
-(`benchmarks/peers/race.py`).
+with SPOOLES have node-to-surface contact with a penalty of 200 N/mm3 and steps of 1 mm;
+ramiefenics has Nitsche's method. The times are user CPU times of the whole process, start-up
+included, medians of three runs in alternation (`benchmarks/peers/race.py`); the last column is
+their ratio to that of ramiefenics.
 
 {race(read("race"))}
 """
@@ -106,7 +108,7 @@ def derivatives() -> str:
         {
             "mesh": ("recipe", "s"),
             "one_run_s": ("one run (s)", ".1f"),
-            "with_derivatives_s": ("with derivatives by eight parameters (s)", ".1f"),
+            "with_derivatives_s": ("with eight derivatives (s)", ".1f"),
         },
     )
 
@@ -146,9 +148,10 @@ def stalks() -> str:
     tasks = table([*head, "1 core", "16", "256"], [row[0].split(" | ") + row[1:] for row in rows])
     return f"""## Many stalks
 
-One `discover`, of stalks like the published ones with a compliant machine, nothing kept
-(`benchmarks/stalks.py`). Measured on two cores; for others, the measured simulations are dealt out
-anew, round by round, and what is not simulation takes what it took. A task costs \
+One `discover`, of stalks like the published ones with a compliant machine, without kept simulations
+(`benchmarks/stalks.py`). Times are measured on two cores. For other numbers of cores, the measured
+simulations are redistributed, round by round, and all other work is assumed to take the measured
+time. A task costs \
 {1e3 * sent["processes"]:.1f} ms besides its work on processes of one machine, \
 {1e3 * sent["Dask"]:.1f} ms by Dask on two workers.
 
@@ -170,14 +173,14 @@ Constants and coordinates are data to the compiled forms; nothing is compiled tw
 
 {stalks()}## Derivatives of the force curve
 
-By eight parameters, of geometry, moduli, large strain, radius and friction, with `sensitivities`
-(`benchmarks/signatures.py`). Central differences would cost sixteen runs.
+With respect to eight parameters, of geometry, moduli, large strain, radius and friction, with
+`sensitivities` (`benchmarks/signatures.py`). Central differences would cost sixteen runs.
 
 {derivatives()}
 ## Two ranks
 
 The fine recipe takes {ranks["one_rank_s"]:.0f} s on one rank and {ranks["two_ranks_s"]:.0f} s on \
-two, wall time: {ranks["speedup"]:.2f} times faster, the maximum force equal to \
+two, wall time: {ranks["speedup"]:.2f} times faster, and the maximum forces agree to \
 {ranks["force_difference"]:.0e} (`benchmarks/ranks.py`).
 
 ## Large models

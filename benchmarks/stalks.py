@@ -215,8 +215,8 @@ def picture(record: dict[str, dict[str, Any]]) -> Figure:
         left.set_yticks(minutes, map(str, minutes))
         left.set(xlabel="Stalks", ylabel="Wall time on two cores (min)")
         right.set(xlabel="Stalks", ylabel="Number")
-        left.legend()
-        right.legend()
+        for axes in (left, right):  # above the axes, where there are no curves
+            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=8)
     return figure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
@@ -11,10 +12,18 @@ from pathlib import Path
 
 from nbconvert import MarkdownExporter
 from sphinx.application import Sphinx
+from typer.testing import CliRunner
 
 import ramiefenics
-from ramiefenics.model.observables import Observables
-from ramiefenics.specification.explained import attributes, keys
+from ramiefenics.cli import app
+from ramiefenics.cli.schemas import Kind
+from ramiefenics.model.laws import LAWS
+from ramiefenics.results.result import Result
+from ramiefenics.specification.cylinder import Arrangement
+from ramiefenics.specification.explained import Key, keys
+
+sys.path.insert(0, str(Path(__file__).parent))
+import results_page
 
 REFERENCE = Path(__file__).resolve().parent / "reference"
 PACKAGES = {
@@ -30,6 +39,18 @@ PACKAGES = {
     "results": ("Results and runs", ("results", "runs")),
 }
 """Pages of the Python reference: title, and subpackages of whose public names it tells."""
+
+FURTHER = {
+    "simulation": ("model.laws.Law", "model.laws.Constant", "model.laws.Memory"),
+    "discovery": ("effects.materials.with_materials",),
+    "results": (
+        "results.result.Result",
+        "results.result.Table",
+        "results.result.Picture",
+        "runs.mpi_ranks",
+    ),
+}
+"""Names of other modules that the pages tell to import, by page of the Python reference."""
 
 LINKS = {
     "](#add-a-material-law": "](/contributing.md#add-a-material-law",
@@ -62,6 +83,8 @@ napoleon_use_ivar = True
 html_theme = "furo"
 html_title = f"ramiefenics {release}"
 html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 
 
 def write_specification() -> None:
@@ -72,8 +95,11 @@ def write_specification() -> None:
         "A specification is a TOML file; tables nest as keys do here, and `NAME` stands for an",
         "entry of a list, by its name. On the command line:",
         "`--set stalk.layers.phloem.material.elastic.E_Z_MPa=1500`.",
-        "Units are in the names: mm, N, MPa, s, degrees. `ramiefenics new my_test.toml` writes a",
-        "specification with all of this in it.",
+        "Units are mm, N, MPa, s and, consistent with these, tonne; a key's name ends in its unit,",
+        "and 1 stands for a pure number. Z is along the stalk, Y up, X across, and index 3 is Z.",
+        "Indenters move along -Y. Symbols are those of [](../model.md#laws). A key that is",
+        "required cannot be left out; one whose default is to be left out has no value then.",
+        "`ramiefenics new my_test.toml` writes a specification with all of this in it.",
         "",
     ]
     told = {key.path: key for key in keys()}
@@ -87,13 +113,33 @@ def write_specification() -> None:
             if key.type and key.path.rpartition(".")[0].removesuffix(".NAME") == table
         ]
         if inside:
-            lines += ["| key | type | default | meaning |", "|---|---|---|---|"]
-        for key in inside:
-            default = f"`{key.default}`" if key.default else ""
-            name = key.path.rpartition(".")[2]
-            lines.append(f"| `{name}` | {key.type} | {default} | {_text(key.meaning)} |")
+            lines += [
+                "| key | symbol | type | unit | default | meaning |",
+                "|---|---|---|---|---|---|",
+            ]
+        lines += [_row(key) for key in inside]
         lines.append("")
+    lines += [
+        "## Constants of laws",
+        "",
+        "They are keys of `stalk.layers.NAME.material.law_constants`;",
+    ]
+    lines += ["[](../model.md#history-dependent-laws) says what they mean.", ""]
+    lines += ["| law | key | unit | default |", "|---|---|---|---|"]
+    for law in LAWS.values():
+        for constant in law.constants:
+            default = "required" if constant.default is None else f"`{constant.default:g}`"
+            lines.append(f"| `{law.name}` | `{constant.name}` | {constant.unit} | {default} |")
+    lines.append("")
     (REFERENCE / "specification.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def _row(key: Key) -> str:
+    """Return the row of a key in the table of its page."""
+    default = "required" if key.required else f"`{key.default}`" if key.default else "left out"
+    symbol = f"`{key.symbol}`" if key.symbol else ""
+    first = f"| `{key.path.rpartition('.')[2]}` | {symbol} | {key.type} | {key.unit} | "
+    return f"{first}{default} | {_text(key.meaning)} |"
 
 
 def _text(docstring: str) -> str:
@@ -110,6 +156,10 @@ def write_python() -> None:
         package = module.split(".")[1] if module.startswith("ramiefenics.") else "effects"
         page = next(page for page, (_, packages) in PACKAGES.items() if package in packages)
         pages[page] += _entry(name, thing)
+    for page, names in FURTHER.items():
+        for name in names:
+            path = f"ramiefenics.{name}"
+            pages[page] += _entry(path, pkgutil.resolve_name(path))
     for page, (title, _) in PACKAGES.items():
         body = "\n".join(pages[page])
         text = f"# {title}\n\n```{{eval-rst}}\n.. currentmodule:: ramiefenics\n\n{body}\n```\n"
@@ -121,6 +171,8 @@ def _entry(name: str, thing: object) -> list[str]:
         members = (
             "" if dataclasses.is_dataclass(thing) and not _methods(thing) else "   :members:\n"
         )
+        if issubclass(thing, (Result, Arrangement)):
+            members += "   :inherited-members:\n"
         return [f".. autoclass:: {name}\n{members}"]
     if callable(thing):
         return [f".. autofunction:: {name}\n"]
@@ -149,23 +201,27 @@ def write_examples() -> None:
 
 
 def write_files() -> None:
-    """Write the page of what is in the folder of a simulation."""
-    lines = ["# Columns and fields", "", "## `curve.csv`", "", "A row per converged step.", ""]
-    lines += ["| column | meaning |", "|---|---|"]
-    columns = {
-        "displacement_mm": "Travel of the indenter.",
-        "recorded_displacement_mm": "What the machine records as displacement.",
-        "recorded_force_N": "What the machine records as force.",
-        "time_s": "Time since the first touch.",
-        **attributes(Observables),
-        "indenter_work_Nmm": "Work of the indenter so far, by the trapezoidal rule.",
-    }
-    lines += [f"| `{name}` | {_text(meaning)} |" for name, meaning in columns.items()]
-    lines += ["", "## Fields for ParaView", "", "`fields/bend.pvd` is the stalk, "]
-    lines += ["`fields/contact.pvd` the part of its surface that a cylinder may touch.", ""]
-    lines += ["```{eval-rst}", ".. autoclass:: ramiefenics.model.snapshot.Snapshot", ""]
-    lines += [".. automethod:: ramiefenics.model.surface.ContactSurface.evaluate", "```", ""]
-    (REFERENCE / "files.md").write_text("\n".join(lines), encoding="utf-8")
+    """Write the page of what is in the files of results."""
+    (REFERENCE / "files.md").write_text("\n".join(results_page.lines()), encoding="utf-8")
+
+
+def write_schemas() -> None:
+    """Write the page of JSON schemas, and the schemas."""
+    lines = [
+        "# JSON schemas",
+        "",
+        "With these, editors complete the keys of the TOML files that you",
+    ]
+    lines += ["write, show their meanings, and mark unknown ones. `ramiefenics schema KIND` prints"]
+    lines += ["them. Save one as `my.schema.json`, and begin the TOML file with the line"]
+    lines += ["`#:schema ./my.schema.json`, which editors with Taplo understand.", ""]
+    for kind in Kind:
+        file = f"{kind}.schema.json"
+        told = CliRunner().invoke(app, ["schema", kind]).stdout
+        (REFERENCE / file).write_text(told, encoding="utf-8")
+        lines += [f"## {kind.capitalize()}", "", f"{{download}}`{file}`", ""]
+        lines += [f"```{{literalinclude}} {file}", ":language: json", "```", ""]
+    (REFERENCE / "schemas.md").write_text("\n".join(lines), encoding="utf-8")
 
 
 def write_gallery() -> None:
@@ -197,7 +253,7 @@ def write_notebooks() -> None:
 def _within_pages(text: str) -> str:
     """Return a notebook's text with colours of terminals left out, and links to pages one up."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", text)
-    return text.replace("](../docs/", "](../")
+    return text.replace("](../docs/", "](../").replace("](../meshes/README.md", "](../meshes.md")
 
 
 def between_pages(text: str) -> str:
@@ -224,6 +280,7 @@ for write in (
     write_commands,
     write_examples,
     write_files,
+    write_schemas,
     write_gallery,
     write_notebooks,
 ):

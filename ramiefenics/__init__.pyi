@@ -47,6 +47,8 @@ from .reduction import (
     reduce_dataset as reduce_dataset,
 )
 from .results.folder import write_folder as write_folder
+from .results.style import style as style
+from .runs import Runs as Runs, dask_workers as dask_workers, workers as workers
 from .solve.animation import animate as animate
 from .solve.explicit import simulate_explicitly as simulate_explicitly
 from .solve.explicit_result import ExplicitResult as ExplicitResult

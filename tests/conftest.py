@@ -9,6 +9,8 @@ import os
 import pickle
 import warnings
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,6 +28,21 @@ Simulate = Callable[[BendingTest], BendingResult]
 @pytest.fixture(autouse=True)
 def _no_progress_colours(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
+
+
+@pytest.fixture
+def cell(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What a progress bar shows, one after the other, as if this was the cell of a notebook."""
+    shown: list[str] = []
+
+    class Output:
+        def update(self, html: Any) -> None:
+            shown.append(html.data)
+
+    shell = SimpleNamespace(kernel=None)
+    monkeypatch.setattr("IPython.get_ipython", lambda: shell)
+    monkeypatch.setattr("IPython.display.display", lambda *args, **options: Output())
+    return shown
 
 
 @pytest.fixture(scope="session")

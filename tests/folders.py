@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from ramiefenics.results.result import Result
 from ramiefenics.results.stored import read_stored
+
+sys.path.append(str(Path(__file__).parents[1] / "docs"))
+import results_page
 
 
 class Page(HTMLParser):
@@ -46,7 +52,20 @@ def check_folder(folder: Path, summary: str = "summary.json") -> tuple[dict[str,
     assert set(told["findings"]) <= set(page.texts)
     assert {"dolfinx", "ramiefenics"} <= set(told["versions"])
     check_stored(folder, told)
+    check_described(folder / summary, told)
     return told, page
+
+
+def check_described(summary: Path, told: dict[str, Any]) -> None:
+    """Check that the reference describes all keys and columns, and no column that is not there."""
+    result = told["folder"]["result"]
+    for path in (summary, *summary.parent.glob("*.csv")):
+        known = results_page.names_in(result, path.name)
+        names = list(told if path == summary else pd.read_csv(path, nrows=0))
+        strange = [name for name in names if not any(results_page.fits(k, name) for k in known)]
+        missing = [k for k in known if not any(results_page.fits(k, name) for name in names)]
+        assert not strange, (path.name, strange)
+        assert not missing or path == summary, (path.name, missing)
 
 
 def check_stored(folder: Path, told: dict[str, Any]) -> None:

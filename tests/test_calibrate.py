@@ -157,6 +157,11 @@ def test_one_number_leaves_both_parameters_open(
     text = " ".join(found.findings())
     assert "mu is not determined by these data" in text
     assert "One combination of the 2 parameters is determined" in text
+    assert " ± 20 N (standard error) and is " in text
+    pictured = found.figures()["optimum"]
+    assert "1 where the parameters fit" in pictured.caption
+    assert "the point of least misfit" in pictured.caption
+    assert pictured.figure().axes[-1].get_ylabel() == "Fits"
     values = found.overview()
     assert values is not None
     assert all(text.startswith("(") for text in [*values["95 % low"], *values["95 % high"]])

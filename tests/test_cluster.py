@@ -15,12 +15,11 @@ from pathlib import Path
 import psutil
 import pytest
 from distributed import LocalCluster
-from IPython.display import HTML
 
 import ramiefenics as rf
 from ramiefenics.cli import main
 from ramiefenics.model.jit import CACHE
-from ramiefenics.runs import Runs, Store, executor
+from ramiefenics.runs import Runs, Store
 
 RADII = "fixture.indenter_radius_mm=4:6:8"
 
@@ -85,16 +84,9 @@ def test_a_lost_cluster_is_no_failed_simulation(tmp_path: Path) -> None:
             Runs(tmp_path, Elsewhere(tmp_path, error)).map([Word()])
 
 
-def test_a_notebook_shows_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_notebook_shows_what_is_left(tmp_path: Path, cell: list[str]) -> None:
     """There is one bar for all work of a `Runs`, and none if everything is kept already."""
-    shown: list[str] = []
-
-    class Output:
-        def update(self, html: HTML) -> None:
-            shown.append(html.data)
-
-    monkeypatch.setattr(executor, "in_notebook", lambda: True)
-    monkeypatch.setattr("IPython.display.display", lambda *args, **options: Output())
+    shown = cell
     runs = Runs(tmp_path, Elsewhere(tmp_path))
     runs.map([Word("a"), Word("b")])
     runs.map([Word("a"), Word("c")])

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
 import ramiefenics
+from ramiefenics.cli import app
 from ramiefenics.cli.doctor import Finding, findings
 from ramiefenics.runs import workers
 from ramiefenics.verification import STUDIES
@@ -49,9 +53,31 @@ def test_doctor_tells_versions_and_what_to_fix(monkeypatch: pytest.MonkeyPatch) 
     assert found["ramiefenics"] == Finding("ramiefenics", ramiefenics.__version__)
     assert "OMP_NUM_THREADS=1" in found["OMP_NUM_THREADS"].advice
     assert not found["C compiler"].advice
+    assert "lib" in found["BLAS"].found
+    assert "mumps" in found["PETSc has"].found.split(", ")
     monkeypatch.setenv("PATH", "")
     monkeypatch.setenv("CC", "no-such-compiler")
     assert "install a C compiler" in {f.what: f.advice for f in findings()}["C compiler"]
+
+
+def test_help_begins_with_bend_and_names_the_mesh_recipes() -> None:
+    click = typer.main.get_command(app)
+    assert next(iter(click.commands)) == "bend"
+    mesh = next(one for one in click.commands["bend"].params if one.name == "mesh")
+    assert set(ramiefenics.recipe_names()) <= set(re.findall(r"\w+", mesh.help))
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [("bend tab", "table3"), ("bend --mesh sc", "screening"), ("bend --law neo", "neo_hookean")],
+)
+def test_names_are_completed(typed: str, offered: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = f"ramiefenics {typed}"
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    monkeypatch.setenv("_RAMIEFENICS_COMPLETE", "complete_bash")
+    done = CliRunner().invoke(app, [], prog_name="ramiefenics")
+    assert offered in done.stdout.split()
 
 
 @pytest.mark.parametrize("number", [1, 3])

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
+import pandas as pd
 import pytest
 from folders import check_folder, check_print
 from formula import Formula
+from matplotlib.figure import Figure
 
 import ramiefenics as rf
 from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.runs import Runs, simulation
 from ramiefenics.solve.reading import read_bend
 
@@ -107,3 +112,119 @@ def test_no_folder_of_results_is_told(
     (folder / spoilt).write_bytes(b"\xff\x00{")
     with pytest.raises(rf.SpecificationError, match=r"must hold intact|is not valid TOML"):
         read_bend(folder)
+
+
+def test_a_simulation_of_another_test_is_told(
+    dataset: rf.Dataset, as_result: Callable[..., rf.BendingResult]
+) -> None:
+    first = dataset.records[0]
+    x, force = (first.curve[name].to_numpy() for name in ("displacement_mm", "force_N"))
+    one = dataclasses.replace(dataset, records=(first,))
+    assert rf.compare(one, as_result(first.test, x, force)).notes() == []
+    other = rf.override(first.test, ["fixture.span_mm=60", "fixture.support_radius_mm=4"])
+    (note,) = rf.compare(one, {"short": as_result(other, x, force)}).notes()
+    measured = first.test.fixture
+    assert note == (
+        f"short is not the test that was measured: span 60 mm, not {measured.span_mm:g} mm; "
+        f"support radius 4 mm, not {measured.support_radius_mm:g} mm"
+    )
+
+
+def test_no_error_of_a_maximum_that_is_not_reached(
+    dataset: rf.Dataset, as_result: Callable[..., rf.BendingResult]
+) -> None:
+    record = dataset.records[0]
+    x = np.linspace(0.0, 1.0, 5)
+    found = rf.compare(dataset, {"short": as_result(record.test, x, x)})
+    assert found.table["max_error_percent"].isna().all()
+    assert "error of the maximum unknown, as the measured maximum is not reached" in repr(found)
+
+
+def test_given_simulations_are_results_or_folders(
+    coarse: rf.BendingTest, dataset: rf.Dataset, tmp_path: Path
+) -> None:
+    result = rf.simulate(rf.override(coarse, ["protocol.travel_mm=1"]))
+    rf.write_folder(result, tmp_path / "run")
+    expected = rf.compare(dataset, {"run": result}).table["rms_N"].to_numpy()
+    for given in (result, tmp_path / "run", str(tmp_path / "run"), {"a": tmp_path / "run"}):
+        assert rf.compare(dataset, given).table["rms_N"].to_numpy() == pytest.approx(expected)
+    for wrong in ({}, 3, {"a": None}):
+        with pytest.raises(rf.SpecificationError, match="must be a result of simulate"):
+            rf.compare(dataset, wrong)  # type: ignore[arg-type]
+
+
+def test_names_of_digits_stay_text_when_read_and_written_again(
+    dataset: rf.Dataset, as_result: Callable[..., rf.BendingResult], tmp_path: Path
+) -> None:
+    first = dataset.records[0]
+    x, force = (first.curve[name].to_numpy() for name in ("displacement_mm", "force_N"))
+    records = (dataclasses.replace(first, name="01"), dataclasses.replace(first, name="NA"))
+    found = rf.compare(
+        dataclasses.replace(dataset, records=records), {"007": as_result(first.test, x, force)}
+    )
+    rf.write_folder(found, tmp_path / "one")
+    again = rf.read_folder(tmp_path / "one")
+    assert list(again.tables()["comparison"].data["measured"]) == ["01", "NA"]
+    curves = again.to_xarray()
+    assert curves["measured_N"].dims == ("pair", "displacement_mm")
+    assert float(curves["measured_N"].max()) == pytest.approx(found.pairs[0].measured_N.max())
+    rf.write_folder(again, tmp_path / "two")
+    check_same_files(tmp_path / "one", tmp_path / "two")
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Small(Result):
+    """A result with a subfolder, a name of the summary, a table without columns, and a text."""
+
+    PLACE: ClassVar[str] = "inner"
+    SUMMARY: ClassVar[str] = "own.json"
+    title: ClassVar[str] = "Small"
+
+    def findings(self) -> list[str]:
+        return ["It is small."]
+
+    def numbers(self) -> dict[str, Any]:
+        return {}
+
+    def tables(self) -> dict[str, Table]:
+        return {"empty": Table(pd.DataFrame(), "Nothing.")}
+
+    def figures(self) -> dict[str, Picture]:
+        return {"line": Picture(Figure, "Nothing.")}
+
+    def write_more(self, folder: Path) -> None:
+        (folder / "page.md").write_text("text\n")
+
+
+def test_a_result_is_read_from_the_folder_that_was_written(tmp_path: Path) -> None:
+    rf.write_folder(Small(), tmp_path / "one")
+    again = rf.read_folder(tmp_path / "one")
+    assert again.tables()["empty"].data.empty
+    with pytest.raises(rf.SpecificationError, match="has no table of curves"):
+        again.to_xarray()
+    rf.write_folder(again, tmp_path / "two")
+    check_same_files(tmp_path / "one", tmp_path / "two")
+    assert rf.read_folder(tmp_path / "two" / "inner").summary() == Small().summary()
+    with pytest.raises(rf.SpecificationError, match="must be a folder of results"):
+        rf.read_folder(tmp_path)
+
+
+def check_same_files(one: Path, two: Path) -> None:
+    """Check that two folders have the same files, with the same content unless it is a picture."""
+    names = [p.relative_to(one) for p in sorted(one.rglob("*")) if p.is_file()]
+    assert names == [p.relative_to(two) for p in sorted(two.rglob("*")) if p.is_file()]
+    for name in names:
+        if name.suffix not in (".png", ".html"):  # the page contains the pictures
+            assert (one / name).read_bytes() == (two / name).read_bytes(), name
+
+
+def test_a_bend_that_is_read_back_keeps_its_pictures(
+    coarse: rf.BendingTest, tmp_path: Path
+) -> None:
+    result = rf.simulate(rf.override(coarse, ["protocol.travel_mm=0.5"]))
+    rf.write_folder(result, tmp_path / "run")
+    again = rf.read_folder(tmp_path / "run")
+    assert list(again.figures()) == ["curve", "section", "deformed"]
+    assert again.plot("section").axes[0].images
+    (tmp_path / "run" / "section.png").unlink()
+    assert list(rf.read_folder(tmp_path / "run").figures()) == ["curve", "deformed"]

@@ -171,6 +171,15 @@ class Manufactured(SharedRuns):
         return KeptRun(rf.BendingResult(test, curve, (), statistics, ending), 1e-3 * cells)
 
 
+def test_a_ladder_takes_changes_and_shows_a_bar_in_a_notebook(
+    screening: rf.BendingTest, cell: list[str]
+) -> None:
+    study = rf.converge(screening, 1, 3, Manufactured({}), travel_mm=7.0)
+    assert study.test == rf.as_test(screening, travel_mm=7.0)
+    assert '<progress value="0" max="1"></progress> compiling' in cell[0]
+    assert cell[-1].startswith("ladder_q1_3, ")
+
+
 def test_a_ladder_of_known_limit(screening: rf.BendingTest) -> None:
     told: list[float] = []
     study = rf.converge(

@@ -63,6 +63,35 @@ def test_roots_of_one_plant_are_not_independent() -> None:
     assert naive > 3
 
 
+# R's data set sleep (Cushny and Peebles 1905; Student 1908): extra hours of ten patients, two drugs
+SLEEP = (
+    (0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0),
+    (1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4),
+)
+
+
+def test_groups_of_the_same_units_are_compared_within_them() -> None:
+    """R's paired t-test of sleep: t = 4.0621, df = 9, p = 0.002833, interval 0.7001 to 2.4599."""
+    patients = [f"{k}" for k in range(10)] * 2
+    curves = pd.DataFrame({"hours": np.concatenate(SLEEP)})
+    tests, pairs = differences(curves, ["1"] * 10 + ["2"] * 10, ["hours"], patients)
+    (test,), (pair,) = tests.to_dict("records"), pairs.to_dict("records")
+    assert test["method"] == "mixed model, within units"
+    assert test["F"] == pytest.approx(4.0621**2, rel=1e-4)
+    assert (test["df"], test["df_within"]) == (1.0, 9.0)
+    assert (test["p"], pair["p"]) == pytest.approx((0.002833, 0.002833), abs=2e-6)
+    assert (pair["low"], pair["high"]) == pytest.approx((0.7001, 2.4599), abs=1e-4)
+
+
+def test_repeats_within_unit_and_group_add_no_degrees_of_freedom() -> None:
+    groups = ["1"] * 20 + ["2"] * 20
+    patients = [f"{k}" for k in range(10) for _ in range(2)] * 2
+    hours = np.repeat(np.concatenate(SLEEP), 2) + np.tile([-0.3, 0.3], 20)
+    tests, _ = differences(pd.DataFrame({"hours": hours}), groups, ["hours"], patients)
+    assert tests["df_within"].tolist() == [9.0]
+    assert tests["p"].iloc[0] == pytest.approx(0.002833, abs=2e-6)
+
+
 def test_what_cannot_be_compared_is_left_out() -> None:
     curves = pd.DataFrame({"x": [1.0, 2.0, np.nan, 3.0], "y": [1.0, 1.0, 2.0, 2.0]})
     tests, pairs = differences(curves, ["a", "a", "b", "b"], ["x", "y"])

@@ -201,6 +201,32 @@ def test_one_number_does_not_fix_two_parameters() -> None:
     assert "0.60 X1 +0.80 X2" in told
 
 
+def test_ranges_that_hardly_matter_do_not_make_a_parameter_undetermined() -> None:
+    misfit = misfit_of([plane(0.1, 1.0)], [0.0], [0.2])
+    optimum, used = find_optimum(misfit)
+    profiles = [profile(used, factor, optimum.best) for factor in range(2)]
+    # 0.1 X1 + X2 = 0 +- 0.39: X2 is within 0.39 if X1 is fixed, and within 0.49 otherwise
+    assert [found.verdict for found in profiles] == ["not determined", "determined"]
+    assert profiles[1].high == pytest.approx(1.96 * 0.2 + 0.1, abs=2e-3)
+    assert profiles[1].at_edge
+    space = Space(tuple(Factor(f"X{i}", (f"k{i}",), 0.0, 1.0) for i in (1, 2)))
+    told = in_words(space, profiles, information(used, optimum.best))
+    assert told[1].startswith("X2 is determined, within the ranges given for X1: 0.254 to 0.746")
+    steep = misfit_of([plane(2.0, 1.0)], [0.0], [0.2])
+    optimum, used = find_optimum(steep)
+    assert not profile(used, 0, optimum.best).at_edge
+    assert profile(used, 0, optimum.best).by_others == (True, True)
+
+
+def test_targets_that_are_missed_are_not_said_to_be_fitted() -> None:
+    optimum, used = find_optimum(misfit_of([plane(3.0, 4.0)], [100.0], [1.0]))
+    profiles = [profile(used, factor, optimum.best) for factor in range(2)]
+    space = Space(tuple(Factor(f"X{i}", (f"k{i}",), 0.0, 1.0) for i in (1, 2)))
+    told = in_words(space, profiles, information(used, optimum.best), optimum.met)
+    assert "miss the targets equally, once the misfit that remains counts as an error" in told[0]
+    assert "fit equally well" not in " ".join(told)
+
+
 def test_a_parameter_without_effect_is_not_determined_and_one_side_may_be_open() -> None:
     misfit = misfit_of([plane(1.0, 0.0)], [0.9], [0.2])
     optimum, used = find_optimum(misfit)

@@ -22,8 +22,12 @@ PROJECT = PYPROJECT["project"]
 
 
 def extras() -> list[str]:
-    """Return the optional dependencies, except references to other optional groups."""
-    every = [bound for extra in PROJECT["optional-dependencies"].values() for bound in extra]
+    """Return the optional dependencies, except references to other optional groups.
+
+    Those of interactive scenes are large, and not in the environment.
+    """
+    groups = PROJECT["optional-dependencies"].items()
+    every = [bound for name, extra in groups if name != "interactive" for bound in extra]
     return [bound for bound in every if not bound.startswith("ramiefenics[")]
 
 

@@ -99,3 +99,11 @@ def test_the_promised_power_is_kept(name: str) -> None:
         measured = replace(evidence, residual=residual)
         found += p_value_of_effect(measured, fit_scatter(measured), rng) < SIGNIFICANCE
     assert found >= 33
+
+
+def test_a_single_suspect_has_a_table_of_cosines_without_rows() -> None:
+    one = {"seating_gap": EFFECTS["seating_gap"]}
+    found = rf.plan(rf.published_test("table3"), [], Design(), one, Formula())
+    table = found.tables()["cosines"].data
+    assert list(table) == ["tests", "effect", "other", "cosine"]
+    assert table.empty

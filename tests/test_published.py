@@ -61,6 +61,11 @@ def test_height_by_name() -> None:
     assert published_test("height-12.5cm") == ramie_at_height(12.5)
 
 
+def test_an_unknown_name_is_told_what_is_known() -> None:
+    with pytest.raises(SpecificationError, match=r"table3, .*, height-NNcm, or a TOML file"):
+        published_test("tabel3")
+
+
 @pytest.mark.parametrize("height", [-1.0, 151.0])
 def test_height_outside_table_1_is_refused(height: float) -> None:
     with pytest.raises(SpecificationError, match="between 0 and 150"):

@@ -258,6 +258,47 @@ def test_curves_and_groups(folder: Path) -> None:
     assert np.isnan(groups.loc[("top", "peak_N"), "low"])
 
 
+def test_panels_of_groups_name_the_quantity_that_differs(folder: Path) -> None:
+    figures = rf.reduce_dataset(folder, by="place").figures()
+    panels = figures["curves"].figure().axes
+    assert [axes.get_title() for axes in panels] == ["Place: low, n = 2", "Place: top, n = 1"]
+    assert [axes.get_xlabel() for axes in figures["quantities"].figure().axes][2:] == ["Place"] * 2
+
+
+def test_heights_of_the_same_plants_are_compared_within_them(folder: Path) -> None:
+    travel, rows = np.linspace(0.0, 14.0, 141), []
+    for number, height in enumerate(("low", "high")):
+        for plant in range(4):
+            name, k = f"{height}-{plant}", 10.0 + 10.0 * plant + (1.0 + 0.2 * plant) * number
+            force = k * travel * (1 - travel / 20.0)
+            table = pd.DataFrame({"displacement_mm": travel, "force_N": force})
+            table.to_csv(folder / f"{name}.csv", index=False)
+            rows.append((name, 14.0, 7.0, height, f"P{plant}", f"{name}.csv"))
+    table.assign(force_N=0.9 * table["force_N"]).to_csv(folder / "alone.csv", index=False)
+    rows.append(("alone", 14.0, 7.0, "middle", "P0", "alone.csv"))
+    columns = ["specimen", "outer", "void", "height", "plant", "curve"]
+    pd.DataFrame(rows, columns=columns).to_csv(folder / "specimens.csv", index=False)
+    found = rf.reduce_dataset(folder, by="height", within="plant")
+    test = found.tests.set_index("quantity").loc["peak_N"]
+    # differences 5.0, 6.0, 7.0 and 8.0 N: mean 6.5, standard error 0.6455, t = 10.07
+    assert test["F"] == pytest.approx(6.5**2 / (5.0 / 3.0 / 4.0), rel=1e-3)
+    assert test["df_within"] == 3.0
+    told = " ".join(found.findings())
+    assert "Peak force, test of equal group means: Mixed model, within units, F(1, 3) = 101" in told
+    assert "Holm's p = 0.0021, Hedges' g = " in told
+    assert "intervals are not adjusted for several comparisons" in told
+    notes = " ".join(found.notes())
+    assert "height middle: not compared with others, for want of a second plant" in notes
+    assert "4 of 4 values of plant occur in several groups of height" in notes
+    assert found.numbers()["within"] == "plant"
+    apart = rf.reduce_dataset(folder, by="height", within="height, plant")
+    assert set(apart.tests["method"]) == {"Welch"}
+    alone = rf.reduce_dataset(folder, by="specimen")
+    assert "nothing is compared: fewer than two groups of specimen" in " ".join(alone.notes())
+    with pytest.raises(rf.SpecificationError, match="within = 'plant' must come with a column"):
+        rf.reduce_dataset(folder, within="plant")
+
+
 def test_seating_of_the_layout_moves_the_curves(folder: Path) -> None:
     before = rf.read_dataset(folder).records[1].curve
     layout = (folder / "dataset.toml").read_text()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -91,7 +92,7 @@ def test_tensors_agree_with_what_is_made_of_them(bent: BendingResult) -> None:
     squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
     von_mises = np.sqrt(0.5 * squares + 3.0 * (xy**2 + yz**2 + xz**2))
     assert von_mises == pytest.approx(fields["von_mises_MPa"], rel=1e-10)
-    stretches = fields["principal_stretches"]
+    stretches = np.column_stack([fields[f"principal_stretch_{n}"] for n in (1, 2, 3)])
     assert np.all(np.diff(stretches, axis=1) >= 0.0)
     e = fields["green_strain"]
     trace = 0.5 * (stretches**2 - 1.0).sum(axis=1)
@@ -118,6 +119,32 @@ def test_paraview_gets_cylinders_numbers_and_a_state(folder: Path, bent: Bending
     assert "for normal in [(1, 0, 0), (0, 0, 1)]:" in state  # of the quarter model
 
 
+def test_state_mirrors_vectors_and_tensors_and_leaves_scalars(folder: Path) -> None:
+    """The script of its filter, which ParaView runs with VTK, on the fields of the last step."""
+    reader = pv.get_reader(folder / "fields" / "bend.pvd")
+    reader.set_active_time_value(14.0)
+    grid = reader.read()[0]
+    state = (folder / "fields" / "paraview_state.py").read_text()
+    script = state.partition('MIRROR = """')[2].partition('"""')[0]
+    for axis, sheared in ((0, [3, 5]), (2, [4, 5])):
+        output = pv.UnstructuredGrid()
+        filter_ = SimpleNamespace(
+            GetInputDataObject=lambda *_: grid, GetOutputDataObject=lambda _, o=output: o
+        )
+        exec(script.replace("AXIS", "XYZ"[axis]), {"self": filter_})
+        count = grid.n_cells
+        assert output.n_cells == 2 * count
+        at = output.cell_centers().points
+        assert np.allclose(at[count:], at[:count] * np.where(np.arange(3) == axis, -1.0, 1.0))
+        for name, values in output.cell_data.items():
+            signs = np.ones(values.shape[1:])
+            if name in ("stress_MPa", "green_strain"):
+                signs[sheared] = -1.0
+            assert np.array_equal(values[count:], signs * values[:count]), name
+        u = output.point_data["displacement_mm"]
+        assert np.array_equal(u[grid.n_points :, axis], -u[: grid.n_points, axis])
+
+
 def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
     reader = pv.get_reader(folder / "fields" / "contact.pvd")
     assert reader.time_values == [s.travel_mm for s in bent.snapshots]
@@ -140,9 +167,24 @@ def test_paraview_reads_the_contact(folder: Path, bent: BendingResult) -> None:
         np.hypot(y - support, z - fixture.span_mm / 2) - fixture.support_radius_mm,
     )
     assert np.abs(away).max() < 0.225
+    assert np.array_equal(
+        read.cell_data["cylinder"], np.where(read.cell_centers().points[:, 1] > 0.0, 0, 1)
+    )
     # seen from outside, the undeformed facets face away from the axis
     normals = read.extract_surface(algorithm="dataset_surface").face_normals
     assert np.all((normals * read.cell_centers().points)[:, :2].sum(axis=1) > 0)
+
+
+def test_facets_have_the_number_of_their_cylinder_in_the_fixture(
+    coarse: BendingTest, simulated: Simulate
+) -> None:
+    """A quarter of a stalk in four-point bending has the first indenter and the first support."""
+    result = simulated(override(coarse, ["fixture.inner_span_mm=40"]))
+    names = [cylinder.name for cylinder in result.test.fixture.cylinders]
+    assert names == ["indenter", "other_indenter", "support", "other_support"]
+    contact = result.snapshots[-1].contact
+    above = contact.points[contact.cells][:, :, 1].mean(axis=1) > 0.0
+    assert np.array_equal(contact.cell_data["cylinder"], np.where(above, 0, 2))
 
 
 def test_slope_is_the_secant_between_10_and_40_per_cent(bent: BendingResult) -> None:

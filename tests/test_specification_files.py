@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,9 @@ from ramiefenics import (
     write_test,
 )
 from ramiefenics.cli import main
+from ramiefenics.specification import mesh_recipe
+from ramiefenics.specification.files import dump_test, from_dict, test_from_dict
+from ramiefenics.specification.numerics import Numerics, Stepping
 
 GOOD = """
 [stalk]
@@ -218,6 +222,57 @@ def test_a_step_or_mesh_setting_moves_what_it_contradicts(screening: BendingTest
     fine = override(screening, ["numerics.mesh.coarse_size=0.01"]).numerics.mesh
     assert fine.contact_size == fine.coarse_size == 0.01
     assert override(screening, ["numerics.mesh.order=1"]).numerics.mesh.serendipity is False
+
+
+def test_what_is_stated_is_kept_and_defaults_move(screening: BendingTest) -> None:
+    def steps(found: Stepping) -> tuple[float, float, float]:
+        return found.min_step_mm, found.first_step_mm, found.max_step_mm
+
+    assert steps(Stepping(first_step_mm=5.0)) == (0.05, 5.0, 5.0)
+    long = override(screening, ["numerics.stepping.first_step_mm=5"])
+    assert steps(long.numerics.stepping) == (0.05, 5.0, 5.0)
+    least = override(screening, ["numerics.stepping.min_step_mm=3"]).numerics.stepping
+    assert steps(least) == (3.0, 3.0, 3.0)
+    again = override(long, ["numerics.stepping.first_step_mm=0.5"]).numerics.stepping
+    assert again.first_step_mm == 0.5
+    mesh = override(screening, ["numerics.mesh=ladder_q2_5", "contact_size=0.08"]).numerics.mesh
+    assert (mesh.contact_size, mesh.coarse_size) == (0.08, 0.08)
+    assert test_from_dict(tomllib.loads(dump_test(long))) == long
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        (
+            ("stepping.first_step_mm=5", "stepping.max_step_mm=2"),
+            "numerics.stepping.first_step_mm = 5 must be at most max_step_mm, 2 mm.",
+        ),
+        (
+            ("mesh.coarse_size=0.05", "mesh.contact_size=0.08"),
+            "numerics.mesh.contact_size = 0.08 must be at most coarse_size, 0.05.",
+        ),
+        (
+            ("mesh.contact_size=0.2",),
+            "numerics.mesh.contact_size = 0.2 must be a number at most 0.09.",
+        ),
+    ],
+)
+def test_stated_values_that_contradict_each_other_are_refused(
+    screening: BendingTest, stated: tuple[str, ...], message: str
+) -> None:
+    with pytest.raises(SpecificationError) as refused:
+        override(screening, [f"numerics.{one}" for one in stated])
+    assert str(refused.value) == message
+
+
+def test_an_unknown_mesh_recipe_is_named_with_its_field(screening: BendingTest) -> None:
+    for asked, field in (
+        (lambda: mesh_recipe("nosuch"), "mesh"),
+        (lambda: override(screening, ["numerics.mesh=nosuch"]), "numerics.mesh"),
+        (lambda: from_dict(Numerics, {"mesh": "nosuch"}), "mesh"),
+    ):
+        with pytest.raises(SpecificationError, match=f"^{field} = 'nosuch' is not a mesh recipe"):
+            asked()
 
 
 @pytest.mark.parametrize("name", ["min_step_mm", "max_step_mm", "first_step_mm"])

@@ -151,6 +151,8 @@ def test_work_that_needs_no_warnings_leaves_the_users_on(
         ("specification",),
         ("bend", "--set", "fixture.spam_mm=1"),
         ("bend", "table3", "--mesh", "coars"),
+        ("sweep", "table3", "--set", "fixture.indenter_radius=1:2:3"),
+        ("plan", "table3", "--also", "fixture.span=50"),
     ],
 )
 def test_notes_on_constants_are_told_where_something_is_simulated(
@@ -165,3 +167,19 @@ def test_notes_on_constants_are_told_where_something_is_simulated(
     )
     assert "note:" not in done.stderr
     assert len(done.stderr.splitlines()) == (0 if done.returncode == 0 else 1)
+
+
+def test_only_the_packages_own_warnings_become_notes() -> None:
+    told = script(
+        """
+        import warnings
+        from ramiefenics.cli.notes import notes
+        from ramiefenics.runs.store import StoreWarning
+        warnings.showwarning = notes.show
+        warnings.warn("columns are not unique")
+        warnings.warn("results cannot be kept", StoreWarning)
+        """
+    )
+    assert "UserWarning: columns are not unique" in told
+    assert "note: columns" not in told
+    assert told.endswith("note: results cannot be kept\n")

@@ -231,3 +231,10 @@ def test_aicc_is_that_of_the_likelihood() -> None:
     full = -2.0 * log_likelihood + 2 * (k + 1) * n / (n - (k + 1) - 1)
     assert aicc(residual, n, k) == pytest.approx(full - n * (1.0 + np.log(2.0 * np.pi)))
     assert aicc(residual, 5, 4) == np.inf
+
+
+def test_one_run_that_dominates_the_fit_is_told_in_the_singular() -> None:
+    points = np.array([[-1.0], [-0.9], [-0.8], [-0.7], [1.0]])
+    values = np.array([0.0, 0.2, 0.1, 0.3, 9.0])
+    told = fit_surface("max_force_N", ["a"], model_terms(1, "linear"), points, values).notes()
+    assert "Dominant in the fit (Cook's distance above 1): fitted run 5." in told

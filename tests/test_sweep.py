@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,17 @@ from folders import check_folder, check_print
 import ramiefenics as rf
 from ramiefenics.cli import main
 from ramiefenics.runs import simulation
-from ramiefenics.sweep import values_of
+from ramiefenics.sweep import values_by_key, values_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
+
+
+def with_energies(result: rf.BendingResult, work_Nmm: float = 0.0) -> rf.BendingResult:
+    """Add what a real curve has: energies, here none but the indenter's work, and an open void."""
+    none = ("void_force_N", "stored_energy_Nmm", "friction_work_Nmm", "dissipated_Nmm")
+    work = work_Nmm * result.curve["displacement_mm"]
+    curve = result.curve.assign(**dict.fromkeys(none, 0.0), indenter_work_Nmm=work)
+    return replace(result, curve=curve)
 
 
 @pytest.fixture
@@ -30,7 +39,7 @@ def computed(
         asked.append(test)
         x = np.linspace(0.0, test.protocol.travel_mm, 15)
         peak = test.fixture.indenter_radius_mm / test.fixture.span_mm
-        return as_result(test, x, peak * np.sin(np.pi * x / x[-1]))
+        return with_energies(as_result(test, x, peak * np.sin(np.pi * x / x[-1])))
 
     monkeypatch.setattr(simulation, "simulate", simulate)
     return asked
@@ -58,6 +67,80 @@ def test_all_combinations_are_simulated_once(
         "curves.png",
         "max_force.png",
     }
+
+
+def test_title_and_findings_name_only_what_varies(
+    coarse: rf.BendingTest, computed: list[rf.BendingTest], tmp_path: Path
+) -> None:
+    values = {
+        "fixture.indenter_radius_mm": (4.0, 5.0),
+        "fixture.span_mm": (80.0,),
+        "protocol.travel_mm": (12.0,),
+    }
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, values, pool, tmp_path)
+    assert found.title == "Sweep over indenter_radius_mm, 2 runs"
+    assert "N (indenter_radius_mm = 5.0)" in found.findings()[0]
+    assert "max_force" in found.figures()
+    assert found.to_xarray().dims == (*values, "displacement_mm")
+    assert not found.runs["still_rising"].any()
+
+
+def test_both_keys_share_one_legend(
+    coarse: rf.BendingTest, computed: list[rf.BendingTest], tmp_path: Path
+) -> None:
+    values = {"fixture.indenter_radius_mm": (4.0, 5.0), "fixture.span_mm": (80.0, 100.0)}
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, values, pool, tmp_path)
+    (legend,) = found.plot("curves").legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts == ["Indenter radius (mm)", "4", "5", "Span (mm)", "80", "100"]
+
+
+def test_same_keys_of_two_layers_are_told_apart(
+    coarse: rf.BendingTest, computed: list[rf.BendingTest], tmp_path: Path
+) -> None:
+    key = "stalk.layers.{}.material.elastic.E_Z_MPa"
+    values = {key.format("phloem"): (1500.0, 1600.0), key.format("xylem"): (400.0, 500.0)}
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, values, pool, tmp_path)
+    short = [f"{layer}.material.elastic.E_Z_MPa" for layer in ("phloem", "xylem")]
+    assert found.title == f"Sweep over {short[0]} and {short[1]}, 4 runs"
+    assert list(found.overview())[:2] == short
+    entries = [text.get_text() for text in found.plot("max_force").legends[0].get_texts()]
+    assert "E Z (MPa), xylem.material.elastic" in entries
+    assert found.plot("max_force").axes[0].get_xlabel().endswith("phloem.material.elastic")
+
+
+def test_forces_that_still_rise_and_notes_of_runs_are_told(
+    coarse: rf.BendingTest,
+    as_result: Callable[..., rf.BendingResult],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    def simulate(test: rf.BendingTest, *_: object) -> rf.BendingResult:
+        x, radius = np.linspace(0.0, 8.0, 15), test.fixture.indenter_radius_mm
+        force = radius * (x if radius > 4.0 else np.sin(0.3 * x))
+        return with_energies(as_result(test, x, force), 10.0 * radius)
+
+    monkeypatch.setattr(simulation, "simulate", simulate)
+    values = {"fixture.indenter_radius_mm": (4.0, 5.0, 6.0)}
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(coarse, values, pool, tmp_path / "runs")
+    assert found.runs["still_rising"].tolist() == [False, True, True]
+    assert found.findings()[1].startswith("In 2 of 3 runs the force still rises at the end")
+    (note,) = [text for text in found.notes() if "work differs" in text]
+    assert note.startswith("indenter_radius_mm = 4.0: the indenter's work differs by ")
+    assert note.endswith("(alike in all other runs)")
+
+
+def test_a_key_is_given_once(coarse: rf.BendingTest, computed: list[rf.BendingTest]) -> None:
+    with pytest.raises(rf.SpecificationError, match="must not be given twice; list all values"):
+        values_by_key(["fixture.span_mm=80,90", "fixture.span_mm=100"])
+    both = {"fixture.span_mm": (80.0, 90.0), "span_mm": (100.0,)}
+    with pytest.raises(rf.SpecificationError, match=r"fixture\.span_mm is the same key"):
+        rf.sweep(coarse, both)
+    assert not computed
 
 
 def test_what_fails_or_ends_early_is_told(

@@ -15,6 +15,7 @@ from folders import check_folder, check_print
 from ramiefenics import write_folder
 from ramiefenics.verification import STUDIES, Check, Plot, Series, Study, Verification
 from ramiefenics.verification.beam import LayeredTube
+from ramiefenics.verification.figures import plot_figure
 from ramiefenics.verification.study import at_least, at_most, near, observed_orders
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
@@ -87,7 +88,18 @@ def test_command_writes_the_report(tmp_path: Path) -> None:
     done = verify("tangent", "--out", str(tmp_path / "out"))
     assert done.returncode == 0, done.stderr
     assert "holds  Tangent: last observed order" in done.stdout
-    assert "## Tangent" in (tmp_path / "out" / "verification.md").read_text()
+    page = (tmp_path / "out" / "verification.md").read_text()
+    assert page.startswith("# Tangent\n\nVersions: ")
+    assert "Every claim of the solver" not in page
+    assert "convergence.md" not in page
+
+
+def test_page_of_all_studies_has_an_introduction() -> None:
+    passed = Check("a claim", 0.5, 0.0, 1.0, "reason")
+    found = Verification({name: Study(name, "Text.", (passed,)) for name in STUDIES})
+    assert found.title == "Verification"
+    assert found.markdown().startswith("# Verification\n\nEvery claim of the solver, with the ")
+    assert "## tangent\n" in found.markdown()
 
 
 def test_unknown_study_ends_with_one_sentence(tmp_path: Path) -> None:
@@ -96,3 +108,24 @@ def test_unknown_study_ends_with_one_sentence(tmp_path: Path) -> None:
     assert re.search(r"studies = 'tangents' must be one of constants, ", done.stderr)
     assert len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_logarithmic_plot_has_the_slope_of_theory_and_few_ticks() -> None:
+    sizes = np.array([0.5, 0.25, 0.125])
+    series = (Series("a", sizes, 3.0 * sizes**2, slope=2), Series("b", sizes, sizes**2, slope=2))
+    axes = plot_figure(Plot("size (mm)", "error", series, log=True)).axes[0]
+    assert axes.get_xlabel() == "Size (mm)"
+    lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axes.get_lines()}
+    assert list(lines)[:3] == ["a", "b", "slope 2"]  # which is named only once
+    assert np.allclose(lines["slope 2"], lines["a"])
+    axes.figure.canvas.draw()
+    ticks = [text.get_text() for text in axes.get_xticklabels(which="both") if text.get_text()]
+    assert {"0.2", "0.5"} <= set(ticks)
+    assert not any("times" in text for text in ticks)
+
+
+def test_curves_that_coincide_are_both_seen() -> None:
+    series = (Series("a", (0, 1), (1, 1)), Series("b", (0, 1), (1, 1)))
+    axes = plot_figure(Plot("x", "y", series, note="Nowhere: c")).axes[0]
+    assert len({line.get_linestyle() for line in axes.get_lines()}) == 2
+    assert axes.get_title("left") == "Nowhere: c"

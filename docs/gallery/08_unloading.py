@@ -1,4 +1,4 @@
-"""Fibres that yield: the stalk stays bent when the indenter goes back."""
+"""Fibres that yield: the stalk stays bent, and the indenter leaves it at 1.5 mm on the way back."""
 
 import ramiefenics as rf
 
@@ -6,6 +6,6 @@ yielding = {"stalk.layers.phloem.material.law_constants.tensile_yield_strain": 0
 result = rf.simulate(
     rf.override(rf.as_test("table3", law="fibre_plasticity"), yielding),
     travel_mm=8,
-    then=[{"to_mm": 2}],
+    then=[{"to_mm": 1}],
 )
 figure = result.plot()

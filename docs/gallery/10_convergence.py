@@ -1,4 +1,4 @@
-"""The curve on a ladder of meshes, and the limit of vanishing cells."""
+"""The force curve on three meshes of second order, each finer than the one before."""
 
 import ramiefenics as rf
 

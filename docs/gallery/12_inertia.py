@@ -1,4 +1,4 @@
-"""The same bend with inertia, by central differences, beside the quasi-static one."""
+"""The same bend with inertia, by central differences: forces and energies."""
 
 import ramiefenics as rf
 

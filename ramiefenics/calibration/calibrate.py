@@ -24,7 +24,7 @@ def calibrate(
     study: Study | str | Path = "table4",
     executor: Executor | None = None,
     folder: Path | None = None,
-    on_stage: Callable[[str, int], None] = lambda name, expected: None,
+    on_stage: Callable[[str, int], None] | None = None,
     on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
     """Simulate the design of a study, fit response surfaces, and calibrate the parameters.
@@ -48,6 +48,7 @@ def calibrate(
     KeyboardInterrupt
         If the user interrupts the study; finished simulations are kept.
     """
+    on_stage = on_stage or (lambda name, expected: None)
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
     on_stage("simulating", study.distinct)

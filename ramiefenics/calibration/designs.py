@@ -165,13 +165,17 @@ class DesignChoice:
     ----------
     kind
         Kind of design, one of `KINDS`.
-    alpha, centres
-        Arguments of `central_composite`.
+    alpha
+        Distance of the axial points from the centre, see `central_composite`.
+    centres
+        Number of repeats of the centre, see `central_composite`.
     ends
         For a central composite design, what `low` and `high` of the factors are: the ``axial``
         points, so that no run lies outside the range, or the corners of the ``cube``.
-    runs, seed
-        Number of runs of a Latin hypercube or a Sobol sequence, and seed of its random numbers.
+    runs
+        Number of runs of a Latin hypercube or a Sobol sequence.
+    seed
+        Seed of its random numbers.
     """
 
     kind: str = "central_composite"

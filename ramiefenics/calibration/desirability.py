@@ -27,9 +27,12 @@ class Goal:
     ----------
     kind
         ``target``, ``maximum`` or ``minimum``.
-    low, high
-        Limits of the acceptable range. The desirability of a maximum is 0 up to `low` and 1 from
-        `high` on; for a minimum it is the other way round.
+    low
+        Lower limit of the acceptable range. The desirability of a maximum is 0 up to here; that of
+        a minimum is 1.
+    high
+        Upper limit of the acceptable range. The desirability of a maximum is 1 from here on; that
+        of a minimum is 0.
     target
         Best value, for the kind ``target``.
     exponent

@@ -26,8 +26,10 @@ class Factor:
         Name of one word, such as ``X1``.
     keys
         Dotted keys of the specification, all of which receive the same value.
-    low, high
-        Least and greatest value, in the unit of the keys.
+    low
+        Least value, in the unit of the keys.
+    high
+        Greatest value, in the unit of the keys.
     title
         Description for tables and figures.
     scale

@@ -34,12 +34,21 @@ def of_fit(found: Calibration, fit: Fit) -> dict[str, Picture]:
     number = len(found.space.factors)
     drawn = {}
     if number > 1:
+        share = (
+            "for each pair of factors, the share of the others' values that fit"
+            if number > 2
+            else "1 where the parameters fit, 0 where they do not"
+        )
+        equal = (
+            "fit the targets as well as it does, within the errors"
+            if fit.optimum.met
+            else "miss the targets by about as much as it does"
+        )
         drawn["optimum"] = Picture(
             partial(optimum_figure, found, fit),
-            "The set of equally good parameters: the share of the other factors' values that fit, "
-            "for each pair of factors. Star: the point of the set nearest to the centre of the "
-            "ranges, which is as good as any other. If no point meets the targets, the set has "
-            "all points that miss them by about as much as the best one.",
+            f"The set of equally good parameters: {share}. Star: the point of least misfit or, if "
+            f"there are several, the one nearest to the centre of the ranges; all points of the "
+            f"set {equal}.",
         )
     if number == 3 and len(fit.misfit.surfaces) == 1 and fit.optimum.met:
         drawn["level"] = Picture(
@@ -103,7 +112,8 @@ def optimum_figure(found: Calibration, fit: Fit) -> Figure:
 
     The colour is the share of the values of the other factors for which a point belongs to the set.
     """
-    what = "Share of the other factors' values that fit"
+    several = len(found.space.factors) > 2
+    what = "Share of the other factors' values that fit" if several else "Fits"
     points = found.design.region.sample(FILLING, seed=1)
     least = fit.misfit.of(fit.optimum.best[None])
     good = fit.misfit.of(points) <= least + fit.optimum.tolerance

@@ -74,7 +74,7 @@ class Fit:
             Runs of the design, with one column per response.
         """
         told = self._optimum_in_words(runs)
-        told += in_words(self.space, self.profiles, self.information)
+        told += in_words(self.space, self.profiles, self.information, self.optimum.met)
         if not self.posterior.trusted:
             told.append("The Markov chain is short, so the posterior is only approximate.")
         if self.confirmation is not None and self.confirmation.ending != "completed":
@@ -94,8 +94,9 @@ class Fit:
                 "" if result is None else f" (simulated there: {what.of_result(result):.4g})"
             )
             told.append(
-                f"The {what.title} was measured as {value:.4g} ± {error:.2g} {what.unit} and is "
-                f"{found:.4g} {what.unit} at the optimum{simulated}; {_range(runs[name])}."
+                f"The {what.title} was measured as {value:.4g} ± {error:.2g} {what.unit} "
+                f"(standard error) and is {found:.4g} {what.unit} at the optimum{simulated}; "
+                f"{_range(runs[name])}."
             )
         if optimum.met:
             told.append(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,10 @@ ROUNDING = 1e-12
 
 EDGE = 1e-3
 """Fraction of the region's size within which a point counts as lying on the edge."""
+
+NARROWER = 0.5
+"""Ratio of the intervals of a parameter with the others fixed and adjusted, below which the ranges
+of the others, not the data, set the ends of the latter."""
 
 NEGLIGIBLE = 0.02
 """Share of a range; an end of an interval that cuts off less than this does not count."""
@@ -53,7 +57,10 @@ class Profile:
     by_others
         For the lower and the upper end, whether it exists only because the other parameters have
         reached the edge of the region and cannot compensate further, so that wider ranges of the
-        others would move it.
+        others would move it far: the data alone, with the others fixed, leave less than half of the
+        interval.
+    at_edge
+        Whether other parameters have reached the edge of the region at an end that the data set.
     """
 
     at: Array
@@ -61,6 +68,7 @@ class Profile:
     low: float | None
     high: float | None
     by_others: tuple[bool, bool] = (False, False)
+    at_edge: bool = False
 
     @property
     def verdict(self) -> str:
@@ -127,6 +135,22 @@ def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
     points, values = zip(*(misfit.least((factor, value)) for value in at), strict=True)
     least = np.array(values)
     rise = least - min(least.min(), float(misfit.of(best[None])[0]))
+    low, high, first, last = _interval(at, rise)
+    edge = (
+        low is not None and _others_at_edge(misfit, factor, points[first - 1]),
+        high is not None and _others_at_edge(misfit, factor, points[last + 1]),
+    )
+    whole = Profile(at, rise, low, high)
+    fixed = np.tile(best, (len(at), 1))
+    fixed[:, factor] = at
+    alone = Profile(at, rise, *_interval(at, misfit.of(fixed) - (least - rise).min())[:2])
+    if alone.share < NARROWER * whole.share:
+        return replace(whole, by_others=edge)
+    return replace(whole, at_edge=any(edge))
+
+
+def _interval(at: Array, rise: Array) -> tuple[float | None, float | None, int, int]:
+    """Return the ends of the interval, None at the edge, and its first and last index."""
     inside = np.flatnonzero(rise <= RISE)
     first, last = int(inside[0]), int(inside[-1])
     low = None if first == 0 else _crossing(at, rise, first, first - 1)
@@ -134,11 +158,7 @@ def profile(misfit: Misfit, factor: int, best: Array) -> Profile:
     least_cut = NEGLIGIBLE * (at[-1] - at[0])
     low = None if low is None or low - at[0] < least_cut else low
     high = None if high is None or at[-1] - high < least_cut else high
-    by_others = (
-        low is not None and _others_at_edge(misfit, factor, points[first - 1]),
-        high is not None and _others_at_edge(misfit, factor, points[last + 1]),
-    )
-    return Profile(at, rise, low, high, by_others)
+    return low, high, first, last
 
 
 def _others_at_edge(misfit: Misfit, factor: int, point: Array) -> bool:
@@ -176,11 +196,22 @@ def in_words(
     space: Space,
     profiles: Sequence[Profile],
     found: Information,
+    met: bool = True,
 ) -> list[str]:
-    """Return which parameters the data determine, one sentence per finding."""
-    told = []
-    for number, (factor, found_profile) in enumerate(zip(space.factors, profiles, strict=True)):
-        told.append(_sentence(space, number, factor.name, found_profile))
+    """Return which parameters the data determine, one sentence per finding.
+
+    Parameters
+    ----------
+    space
+        Factors with their coding.
+    profiles
+        Profile likelihood of each factor.
+    found
+        Fisher information at the optimum.
+    met
+        Whether the targets are met within their errors.
+    """
+    told = [_sentence(space, number, one, met) for number, one in enumerate(profiles)]
     determined = int(found.determined.sum())
     words = [_direction(space, row) for row in found.directions[:determined]]
     if not determined:
@@ -195,11 +226,13 @@ def in_words(
     return told
 
 
-def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
+def _sentence(space: Space, number: int, found: Profile, met: bool) -> str:
+    name = space.names[number]
+
     def natural(coded: float) -> str:
         point = np.zeros(len(space.factors))
         point[number] = coded
-        return f"{space.natural(point)[number]:.3g}"
+        return f"{space.natural(point)[number]:.4g}"
 
     ends = [found.at[0] if found.low is None else found.low]
     ends.append(found.at[-1] if found.high is None else found.high)
@@ -210,13 +243,20 @@ def _sentence(space: Space, number: int, name: str, found: Profile) -> str:
             "the ranges of the other parameters, which cannot compensate any further."
         )
     if found.verdict == OPEN:
+        equal = (
+            "fit equally well within the errors"
+            if met
+            else "miss the targets equally, once the misfit that remains counts as an error"
+        )
         return (
             f"{name} is not determined by these data: with the others adjusted, all values from "
-            f"{low} to {high}, the ends of its range, fit equally well within the errors."
+            f"{low} to {high}, the ends of its range, {equal}."
         )
     if found.verdict == DETERMINED:
+        others = ", ".join(other for other in space.names if other != name)
+        within = f", within the ranges given for {others}" if found.at_edge else ""
         left = f"{100.0 * found.share:.0f} % of its range"
-        return f"{name} is determined: {low} to {high} (95 %), which is {left}."
+        return f"{name} is determined{within}: {low} to {high} (95 %), which is {left}."
     side = f"at least {low}" if found.verdict == ABOVE else f"at most {high}"
     return (
         f"{name} is bounded on one side only: {side} (95 %); on the other side only the ranges of "

@@ -33,8 +33,10 @@ class Calibration(Result):
         The study.
     baseline
         Specification in which the factors are varied.
-    space, design
-        Factors with their coding, and design of experiments.
+    space
+        Factors with their coding.
+    design
+        Design of experiments.
     campaign
         Simulations of the design.
     runs
@@ -59,7 +61,7 @@ class Calibration(Result):
 
     @property
     def overview_first(self) -> bool:
-        """Whether the overview comes first: it does, as it contains the calibrated values."""
+        """Whether the overview comes first. It does, as it contains the calibrated values."""
         return True
 
     @property

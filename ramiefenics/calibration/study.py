@@ -40,8 +40,10 @@ class Response:
     ----------
     name
         Name of the response; see `ramiefenics.calibration.responses.response`.
-    target, error
-        Measured value and its standard error.
+    target
+        Measured value.
+    error
+        Standard error of the measured value.
     dataset
         Instead of these two, a folder of measured data, relative to that of the study. The target
         is then the mean of its specimens, and the error the standard error of that mean.

@@ -7,7 +7,7 @@ partial sum of squares (type III), that is, by what it adds to all other terms, 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -216,15 +216,12 @@ class Surface:
         elif not self._pure_error()[1]:
             told.append("No run is repeated: lack of fit cannot be told from pure error.")
         table = self.diagnostics()
-        far = table.index[table["studentised"].abs() > 3.0] + 1
-        if len(far):
-            told.append(f"Studentised residuals beyond 3 in fitted runs {_listed(far)}.")
-        strong = table.index[table["cook"] > 1.0] + 1
-        if len(strong):
-            told.append(
-                f"Fitted runs {_listed(strong)} have a Cook's distance above 1: they dominate the "
-                "fit."
-            )
+        far = _fitted_runs(table["studentised"].abs() > 3.0)
+        if far:
+            told.append(f"Studentised residuals beyond 3 in {far}.")
+        strong = _fitted_runs(table["cook"] > 1.0)
+        if strong:
+            told.append(f"Dominant in the fit (Cook's distance above 1): {strong}.")
         return told
 
 
@@ -317,5 +314,9 @@ def _anova_row(source: str, total: float, df: int, error: float, error_df: int) 
     }
 
 
-def _listed(numbers: Iterable[int]) -> str:
-    return ", ".join(str(number) for number in numbers)
+def _fitted_runs(which: pd.Series) -> str:
+    """Return the numbers of the chosen runs, counted from 1, as text; empty if there are none."""
+    numbers = [str(number + 1) for number in np.flatnonzero(which)]
+    if not numbers:
+        return ""
+    return f"fitted {'run' if len(numbers) == 1 else 'runs'} {', '.join(numbers)}"

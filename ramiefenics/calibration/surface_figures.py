@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -27,6 +28,9 @@ COLOURS = "cividis"
 
 LEVELS = 12
 CELLS = 81
+
+PLANE_CELLS = 301
+"""Points along a side of a plane, so many that the edge of a design's region looks smooth."""
 
 
 def of_response(found: Calibration, name: str) -> dict[str, Picture]:
@@ -73,7 +77,7 @@ def contour_figure(found: Calibration, name: str) -> Figure:
         for axes, pair, plane in zip(grid.ravel(), pairs, planes, strict=False):
             drawn = axes.contourf(*plane, levels=levels, cmap=COLOURS)
             lines: QuadContourSet = axes.contour(*plane, levels=levels, colors="k", linewidths=0.3)
-            _label(axes, lines, levels[::2], size=6)
+            _label(axes, lines, levels[::2], size=8)
             _mark_target(axes, found, name, plane)
             _mark_points(axes, found, pair)
         figure.colorbar(drawn, ax=grid, label=response(name).label, shrink=0.9)
@@ -102,7 +106,7 @@ def _plane(
 ) -> tuple[Array, Array, Array]:
     """Return natural values of two factors, and the response; NaN outside the design's region."""
     reach = found.design.region.reach
-    line = np.linspace(-reach, reach, CELLS)
+    line = np.linspace(-reach, reach, PLANE_CELLS)
     first, second = np.meshgrid(line, line)
     points = np.tile(_middle(found), (first.size, 1))
     points[:, pair[0]], points[:, pair[1]] = first.ravel(), second.ravel()
@@ -138,10 +142,13 @@ def _mark_target(
 
 def _mark_points(axes: Axes, found: Calibration, pair: tuple[int, int]) -> None:
     natural = found.space.natural(found.design.coded)
-    axes.plot(natural[:, pair[0]], natural[:, pair[1]], "o", ms=3.5, mfc="w", mec="k", mew=0.6)
+    points = natural[:, pair[0]], natural[:, pair[1]]
+    axes.plot(*points, "o", ms=3.5, mfc="w", mec="k", mew=0.6, clip_on=False, zorder=3)
     if found.fit is not None:
         best = found.space.natural(found.fit.optimum.best)
-        axes.plot(best[pair[0]], best[pair[1]], "*", ms=11, color=VERMILION, mec="w", mew=0.8)
+        place = best[pair[0]], best[pair[1]]
+        star: Any = {"ms": 11, "color": VERMILION, "mec": "w", "mew": 0.8}
+        axes.plot(*place, "*", **star, clip_on=False, zorder=4)
     factors = found.space.factors
     axes.set_xlabel(factors[pair[0]].label, fontsize=8)
     axes.set_ylabel(factors[pair[1]].label, fontsize=8)

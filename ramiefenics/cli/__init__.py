@@ -43,25 +43,13 @@ from ramiefenics.specification.files import dump_test
 
 log = logging.getLogger(__name__)
 
+FILM = "animation.gif"
+"""Name of the film of a test."""
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-app.command("calibrate")(with_options(with_workers(calibrate_command)))
-app.command("compare")(with_options(with_workers(compare_command)))
-app.command("converge")(with_options(converge_command))
-app.command("discover")(with_options(with_workers(discover_command)))
-app.command("doctor")(with_options(on_first_rank(doctor_command), result=False))
-app.command("effects")(with_options(on_first_rank(effects_command), result=False))
-app.command("explicit")(with_options(explicit_command))
-app.command("import")(with_options(on_first_rank(import_command), result=False))
-app.command("plan")(with_options(with_workers(plan_command)))
-app.command("reconcile")(with_options(on_first_rank(reconcile_command)))
-app.command("reduce")(with_options(on_first_rank(reduce_command)))
-app.command("schema")(with_options(on_first_rank(schema_command), result=False))
-app.command("sweep")(with_options(with_workers(sweep_command)))
-app.command("validate")(with_options(with_workers(validate_command)))
-app.command("verify")(with_options(on_first_rank(verify_command)))
 
 
 @app.command()
@@ -77,7 +65,7 @@ def bend(
     effect: Amplitudes = None,
     effects: EffectFiles = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Also write animation.gif, a film of the test.")
+        bool, typer.Option("--animate", help=f"Also write {FILM}, a film of the test.")
     ] = False,
 ) -> None:
     """Bend a stalk, and write its curve, summary, fields and pictures."""
@@ -90,11 +78,8 @@ def bend(
     with progress.bending(test) as show, solutions_of(test) as solutions:
         result = simulate(test, on_step=show, solutions=solutions)
     tell_ending(result.ending, solutions is not None)
-    try:
-        finish(result, folder)
-    finally:  # finish exits if the run ended early, which has an animation, too
-        if animate and MPI.COMM_WORLD.rank == 0 and result.snapshots:
-            result.animate(folder / "animation.gif")
+    film = animate and result.snapshots
+    finish(result, folder, (lambda made: result.animate(made / FILM)) if film else None)
 
 
 @app.command()
@@ -144,6 +129,23 @@ def new(
     test = load_test(spec, mesh, law, assign)
     if MPI.COMM_WORLD.rank == 0:
         out.write_text(explained(test), encoding="utf-8")
+
+
+app.command("calibrate")(with_options(with_workers(calibrate_command)))
+app.command("compare")(with_options(with_workers(compare_command)))
+app.command("converge")(with_options(converge_command))
+app.command("discover")(with_options(with_workers(discover_command)))
+app.command("doctor")(with_options(on_first_rank(doctor_command), result=False))
+app.command("effects")(with_options(on_first_rank(effects_command), result=False))
+app.command("explicit")(with_options(explicit_command))
+app.command("import")(with_options(on_first_rank(import_command), result=False))
+app.command("plan")(with_options(with_workers(plan_command)))
+app.command("reconcile")(with_options(on_first_rank(reconcile_command)))
+app.command("reduce")(with_options(on_first_rank(reduce_command)))
+app.command("schema")(with_options(on_first_rank(schema_command), result=False))
+app.command("sweep")(with_options(with_workers(sweep_command)))
+app.command("validate")(with_options(with_workers(validate_command)))
+app.command("verify")(with_options(on_first_rank(verify_command)))
 
 
 def _tell_version(wanted: bool) -> None:

@@ -21,6 +21,7 @@ from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
     override,
+    recipe_names,
 )
 from ramiefenics.specification.sources import as_test
 
@@ -32,19 +33,34 @@ P = ParamSpec("P")
 
 Spec = Annotated[
     str,
-    typer.Argument(help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm."),
+    typer.Argument(
+        help=f"A TOML file, or a published test: {', '.join(PUBLISHED)}, height-69cm.",
+        autocompletion=lambda: list(PUBLISHED),
+    ),
 ]
 LawName = Annotated[
     str | None,
-    typer.Option("--law", help=f"Material law: {', '.join(LAWS)}, or a Python file with one."),
+    typer.Option(
+        "--law",
+        help=f"Material law: {', '.join(LAWS)}, or a Python file with one.",
+        autocompletion=lambda: list(LAWS),
+    ),
 ]
 MeshName = Annotated[
     str | None,
-    typer.Option("--mesh", help="Mesh recipe: screening, standard, fine, or another of `meshes/`."),
+    typer.Option(
+        "--mesh",
+        help=f"Mesh recipe: {', '.join(recipe_names())}.",
+        autocompletion=recipe_names,
+    ),
 ]
 Assignments = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change one value; may be repeated."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change one value, by its whole key or the last part of it; may be repeated.",
+    ),
 ]
 
 
@@ -142,12 +158,18 @@ def resumable() -> Iterator[None]:
     raise typer.Exit(status)
 
 
-def finish(found: Result, folder: Path) -> None:
-    """Write the folder of a result and print it, on the first rank; status 1 if incomplete."""
+def finish(found: Result, folder: Path, more: Callable[[Path], object] | None = None) -> None:
+    """Write the folder of a result and print it, on the first rank; status 1 if incomplete.
+
+    Parameters
+    ----------
+    found, folder, more
+        See `write_folder`.
+    """
     if MPI.COMM_WORLD.rank == 0:
         from ramiefenics.results.folder import write_folder
 
-        write_folder(found, folder)
+        write_folder(found, folder, more)
         output.tell(found, folder)
     if not found.completed:
         raise typer.Exit(1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -20,6 +21,9 @@ LEAST_DISK = 2 * GIGABYTE
 
 LEAST_MEMORY = 4 * GIGABYTE
 """Memory, bytes, of a few processes on the recipes for use, which take half a gigabyte each."""
+
+SOLVERS = ("mumps", "superlu_dist", "hypre", "ml", "metis", "parmetis", "ptscotch")
+"""Packages of PETSc that matter for the run time."""
 
 RENDER = "import pyvista as pv; p = pv.Plotter(off_screen=True); p.add_mesh(pv.Sphere()); p.show()"
 
@@ -63,6 +67,8 @@ def findings() -> Iterator[Finding]:
     yield Finding("MPI", MPI.Get_library_version().splitlines()[0].strip("\0 "))
     yield from _machine()
     yield _compiler()
+    yield _blas()
+    yield _solvers()
     yield _single_precision()
     yield from _caches()
     yield _pictures()
@@ -84,6 +90,24 @@ def _compiler() -> Finding:
     found = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc")
     advice = "" if found else "install a C compiler, such as gcc: forms and laws are compiled"
     return Finding("C compiler", found or "none", advice)
+
+
+def _blas() -> Finding:
+    """Find the libraries for linear algebra that this process has loaded with NumPy."""
+    loaded = Path("/proc/self/maps").read_text(encoding="utf-8")
+    names = set(
+        re.findall(r"/(lib(?!sca)[^/\n]*(?:blas|lapack|mkl)[^/\n]*)$", loaded, re.MULTILINE)
+    )
+    return Finding("BLAS", ", ".join(sorted(names)) or "within NumPy")
+
+
+def _solvers() -> Finding:
+    """Find which of the packages that solve, precondition or order PETSc was built with."""
+    from petsc4py import PETSc
+
+    found = [name for name in SOLVERS if PETSc.Sys.hasExternalPackage(name)]
+    advice = "" if "mumps" in found else "install a PETSc with MUMPS, the direct solver"
+    return Finding("PETSc has", ", ".join([*found, "gamg"]), advice)
 
 
 def _single_precision() -> Finding:

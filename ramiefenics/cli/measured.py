@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from mpi4py import MPI
 
 from ramiefenics.cli import progress
 from ramiefenics.cli.common import MeshName, claim, finish
+from ramiefenics.cli.notes import notes
+from ramiefenics.cli.output import output
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.sources import as_test
+
+if TYPE_CHECKING:
+    from ramiefenics.measured import RawCurve
 
 
 def import_command(
-    raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine, one per specimen.")],
+    raw: Annotated[list[Path], typer.Argument(help="Raw files of the machine.")],
     out: Annotated[Path, typer.Option(help="Folder of the data set to create.")],
     baseline: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="FILE.toml|NAME",
-            help="Baseline of the specimens: a specification, or a published test of ramie.",
+            help="Baseline of the specimens: a specification, or a published test of ramie. "
+            "Required.",
         ),
-    ],
+    ] = None,
     format: Annotated[
         str | None,
         typer.Option(
@@ -37,7 +45,8 @@ def import_command(
         typer.Option(
             metavar="NAMES",
             help="Meaning of the columns, in order, for instance time_s,force_N; - for a column to "
-            "ignore. By default displacement_mm,force_N. Only for formats that do not state it.",
+            "ignore. By default as the heading says, or else displacement_mm,force_N. Only for "
+            "formats that do not state it.",
         ),
     ] = None,
     speed: Annotated[
@@ -52,24 +61,46 @@ def import_command(
 ) -> None:
     """Make a data-set folder from raw files of a testing machine."""
     from ramiefenics.measured import find_reader, guess_reader, read_raw
-    from ramiefenics.measured.dataset_folder import check_new, taken, write_dataset
+    from ramiefenics.measured.dataset_folder import check_new, write_dataset
+    from ramiefenics.measured.stated import take_stated
 
+    if baseline is None:
+        allowed = (
+            "must name the specification of the specimens; ramiefenics new mine.toml writes one to "
+            "edit, and table3 stands for the published stalks of ramie"
+        )
+        raise SpecificationError("--baseline", None, allowed)
     names = None if columns is None else tuple(columns.split(","))
     given = {"columns": names, "speed_mm_per_min": speed, "rate_Hz": rate}
     options = {name: value for name, value in given.items() if value is not None}
     if format is None:
-        needed = {name: value for name, value in options.items() if name != "speed_mm_per_min"}
-        format = guess_reader(raw, options if names else needed).name
-        typer.echo(f"read as {format}")
+        format = guess_reader(raw, options).name
     if "speed_mm_per_min" not in find_reader(format).options:
         options.pop("speed_mm_per_min", None)  # not needed to read; only the data set records it
     check_new(claim(out, MPI.COMM_SELF))
+    notes.simulating()  # a baseline's warnings matter as soon as a data set has it
     curves = read_raw(raw, format, **options)
     write_dataset(curves, out, baseline, speed, format)
-    notes = [note for curve in curves.values() for note in curve.notes]
-    for told in (*notes, *taken(curves, baseline)[1]):
-        typer.echo(f"note: {told}")
+    if output.quiet:
+        return
+    told = [f"read as {Path(format).name}", *_origins(curves)]
+    told += [note for curve in curves.values() for note in curve.notes]
+    for note in (*told, *take_stated(curves, as_test(baseline), baseline).told):
+        typer.echo(f"note: {note}", err=True)
     typer.echo(f"{len(curves)} curves in {out}; see {out / 'dataset.toml'} for what to add")
+
+
+def _origins(curves: Mapping[str, RawCurve]) -> list[str]:
+    """Return which column was taken as what, in one sentence for curves that agree in it."""
+    told: dict[str, list[str]] = {}
+    for name, curve in curves.items():
+        sentence = ", ".join(f"{quantity} = {what}" for quantity, what in curve.origin.items())
+        told.setdefault(sentence, []).append(name)
+    told.pop("", None)
+    return [
+        sentence if len(told) == 1 else f"{', '.join(names)}: {sentence}"
+        for sentence, names in told.items()
+    ]
 
 
 def reduce_command(
@@ -86,9 +117,9 @@ def reduce_command(
     within: Annotated[
         str | None,
         typer.Option(
-            metavar="COLUMN",
+            metavar="COLUMN,...",
             help="Column of what dependent curves share, such as their plant, for the comparison "
-            "of groups.",
+            "of groups; several if equal values do not always mean the same, as in plot,plant.",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the resampling behind intervals.")] = 0,

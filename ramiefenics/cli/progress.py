@@ -1,4 +1,8 @@
-"""Progress bars of the commands."""
+"""Progress bars of the commands.
+
+Notes on a specification wait for the first step or simulation: input that is refused before that
+is refused in one sentence.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +29,6 @@ log = logging.getLogger(__name__)
 
 def _bar(text: str) -> Progress:
     """Return a bar with a text, elapsed and remaining time, on the first rank's terminal only."""
-    notes.simulating()  # from here on, warnings about the specification matter
     console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
@@ -45,7 +48,13 @@ def _doing(name: str, total: float) -> Iterator[Callable[[float, str], None]]:
     """Show progress, the current state, and the remaining time."""
     with _bar("{task.fields[state]}") as progress:
         task = progress.add_task(name, total=total, state="compiling and meshing")
-        yield lambda done, state: progress.update(task, completed=done, state=state)
+
+        def tell(done: float, state: str) -> None:
+            notes.simulating()
+            progress.update(task, completed=done, state=state)
+
+        yield tell
+    notes.simulating()  # there may have been no step to tell
 
 
 @contextmanager
@@ -83,7 +92,12 @@ def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], Non
             total = progress.tasks[task].completed + expected
             progress.update(task, description=name, total=total, of=f" of about {total:g}")
 
-        yield stage, lambda number: progress.update(task, advance=number)
+        def count(number: int) -> None:
+            notes.simulating()
+            progress.update(task, advance=number)
+
+        yield stage, count
+    notes.simulating()  # there may have been nothing to simulate
 
 
 @contextmanager

@@ -65,9 +65,9 @@ def sweep_command(
     law: LawName = None,
 ) -> None:
     """Bend a stalk with all combinations of given values."""
-    from ramiefenics.sweep import sweep, values_of
+    from ramiefenics.sweep import sweep, values_by_key
 
-    values = dict(values_of(one) for one in assign)
+    values = values_by_key(assign)
     test = load_test(spec, mesh, law, None)
     folder = claim(out or Path("results") / f"{Path(spec).stem}-sweep", MPI.COMM_SELF)
     with progress.counting() as (stage, count):

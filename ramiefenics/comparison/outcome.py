@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -10,6 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ramiefenics.comparison.dimensions import differences
 from ramiefenics.measured import Dataset
 from ramiefenics.measured.record import Record
 from ramiefenics.measured.seating import toe_mm
@@ -20,6 +23,9 @@ from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS = 201
 """Number of displacements at which two curves are compared."""
+
+REACHED = 0.99
+"""Share of the highest measured force above which a range contains the measured maximum."""
 
 Array = NDArray[np.float64]
 
@@ -88,6 +94,7 @@ class Pair:
         """Return the pair's row of `Comparison.table`."""
         measured, residual = self.measured_N, self.residual_N
         peak, simulated = float(measured.max()), float((measured + residual).max())
+        reached = peak >= REACHED * float(self.record.curve["force_N"].max())
         rms = float(np.sqrt(np.mean(residual**2)))
         return {
             "measured": self.record.name,
@@ -99,7 +106,7 @@ class Pair:
             "mean_percent": 100.0 * float(residual.mean()) / peak,
             "measured_max_N": peak,
             "simulated_max_N": simulated,
-            "max_error_percent": 100.0 * (simulated / peak - 1.0),
+            "max_error_percent": 100.0 * (simulated / peak - 1.0) if reached else math.nan,
         }
 
 
@@ -130,8 +137,9 @@ class Comparison(Result):
         ``measured`` and ``simulated``, the names; ``from_mm`` and ``to_mm``, the range that both
         curves cover; ``rms_N``, the root mean square of simulated minus measured force;
         ``rms_percent`` and ``mean_percent``, its root mean square and mean relative to the measured
-        maximum in this range; ``measured_max_N``, ``simulated_max_N`` and the relative error of
-        the maximum, ``max_error_percent``.
+        maximum in this range; the maxima in this range, ``measured_max_N`` and
+        ``simulated_max_N``; and the relative error of the maximum, ``max_error_percent``, which is
+        NaN where the range ends before the measured maximum.
         """
         return pd.DataFrame([pair.row() for pair in self.pairs])
 
@@ -140,20 +148,29 @@ class Comparison(Result):
         return [
             f"{name}: over {len(rows)} measured curves, root mean square difference "
             f"{np.sqrt((rows['rms_percent'] ** 2).mean()):.3g} % of the maximum, mean difference "
-            f"{rows['mean_percent'].mean():+.3g} %; error of the maximum "
-            f"{rows['max_error_percent'].mean():+.3g} % ({rows['max_error_percent'].min():+.3g} to "
-            f"{rows['max_error_percent'].max():+.3g} %)."
+            f"{rows['mean_percent'].mean():+.3g} %; "
+            f"{_error_of_the_maximum(rows['max_error_percent'])}."
             for name, rows in self.table.groupby("simulated", sort=False)
         ]
 
     def notes(self) -> list[str]:
-        """Return which simulations ended early, and which parts of records are not compared."""
+        """Return differences from the measured tests, early ends, and what is not compared."""
         ended = {
             f"{pair.name} of {pair.record.name}: {pair.result.ending.reason}": None
             for pair in self.pairs
             if not pair.result.completed
         }
-        return [*ended, *self.dataset.notes()]
+        return [*self._other_tests(), *ended, *self.dataset.notes()]
+
+    def _other_tests(self) -> Iterator[str]:
+        """Yield how each simulation differs from the tests that it is compared with."""
+        simulated: dict[tuple[str, int], list[Pair]] = {}
+        for pair in self.pairs:
+            simulated.setdefault((pair.name, id(pair.result)), []).append(pair)
+        for (name, _), pairs in simulated.items():
+            found = differences(pairs[0].result.test, [pair.record.test for pair in pairs])
+            if found:
+                yield f"{name} is not the test that was measured: {'; '.join(found)}"
 
     def overview(self) -> pd.DataFrame:
         """Return the main columns of the table."""
@@ -194,3 +211,16 @@ class Comparison(Result):
     def specifications(self) -> dict[str, BendingTest]:
         """Return the data set's baseline."""
         return {"baseline": self.dataset.baseline}
+
+
+def _error_of_the_maximum(percent: pd.Series) -> str:
+    """Return the mean and the range of the known errors of the maximum, as part of a sentence."""
+    known = percent.dropna()
+    if known.empty:
+        return "error of the maximum unknown, as the measured maximum is not reached"
+    missed = len(percent) - len(known)
+    reached = f", without {missed} that {'is' if missed == 1 else 'are'} not reached"
+    return (
+        f"error of the maximum {known.mean():+.3g} % ({known.min():+.3g} to "
+        f"{known.max():+.3g} %{reached if missed else ''})"
+    )

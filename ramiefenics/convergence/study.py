@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from ramiefenics.convergence.richardson import order_and_limit
 from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.observables import Observables
+from ramiefenics.notebook import notebook_bar
 from ramiefenics.runs import KeptRun, SharedRuns
 from ramiefenics.solve.quasistatic import Step
 from ramiefenics.specification import BendingTest, SpecificationError, override
@@ -43,7 +45,8 @@ def converge(
     order: int = 2,
     meshes: int = 5,
     runs: SharedRuns | None = None,
-    on_progress: Progress = lambda share, state: None,
+    on_progress: Progress | None = None,
+    **changes: Any,
 ) -> Convergence:
     """Bend a stalk on a ladder of meshes, and extrapolate to vanishing mesh size.
 
@@ -59,7 +62,10 @@ def converge(
     runs
         Runs the simulations; by default they are kept in the user's cache.
     on_progress
-        Called with the fraction of the estimated cost that is done, and a text on the state.
+        Called with the fraction of the estimated cost that is done, and a text on the state. By
+        default there is a progress bar in the output of a notebook's cell, and nothing elsewhere.
+    changes
+        Changes to the specification, see `as_test`.
 
     Raises
     ------
@@ -69,12 +75,13 @@ def converge(
         If the user interrupts the study; finished meshes are kept.
     """
     check_ladder(order, meshes)
-    test = as_test(test)
+    test = as_test(test, **changes)
     check_law(test)
     runs = SharedRuns() if runs is None else runs
     names = LADDERS[order][:meshes]
     tests = [override(test, [f"numerics.mesh={name}"]) for name in names]
-    done = tuple(_simulate(tests, runs, on_progress))
+    with notebook_bar(1.0) as show:
+        done = tuple(_simulate(tests, runs, on_progress or show))
     positions = _positions(test.protocol.travel_mm)
     rows = pd.DataFrame([_row(run, positions) for run in done])
     compared = ["max_force_N", "slope_N_per_mm", *(f"force_{at:g}mm_N" for at in positions)]
@@ -124,7 +131,8 @@ def _simulate(tests: list[BendingTest], runs: SharedRuns, report: Progress) -> I
 def _compile(test: BendingTest, runs: SharedRuns) -> None:
     """Compile the forms in a first step, so that no mesh's time includes compilation."""
     step = min(test.numerics.stepping.first_step_mm, test.protocol.travel_mm)
-    runs.run(replace(test, protocol=replace(test.protocol, travel_mm=step, then=())))
+    short = replace(test, protocol=replace(test.protocol, travel_mm=step, then=()))
+    runs.run(short, lambda step: None)
 
 
 def _cells(test: BendingTest) -> int:

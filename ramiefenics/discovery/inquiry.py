@@ -57,7 +57,7 @@ def discover(
     mesh: str | None = None,
     runs: Mapper | None = None,
     seed: int = 0,
-    on_stage: Callable[[str, int], None] = lambda stage, expected: None,
+    on_stage: Callable[[str, int], None] | None = None,
 ) -> Discovery:
     """Find out what the baseline lacks.
 
@@ -107,10 +107,11 @@ class _Inquiry:
         effects: Mapping[str, Effect],
         runs: Mapper,
         seed: int,
-        on_stage: Callable[[str, int], None],
+        on_stage: Callable[[str, int], None] | None,
     ) -> None:
         tests = [record.test for record in dataset.records]
-        self._dataset, self._stage = dataset, on_stage
+        self._dataset = dataset
+        self._stage = on_stage or (lambda stage, expected: None)
         self._effects = {n: effect.centred(tests).sized(tests) for n, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)

@@ -66,8 +66,10 @@ class Discovery(Result):
 
     Attributes
     ----------
-    dataset, observed
+    dataset
         The measured curves.
+    observed
+        The measured curves as they are compared, with the errors that are assumed of them.
     effects
         The suspects.
     verdict
@@ -79,18 +81,21 @@ class Discovery(Result):
         Probability of a gain like that of the best suspect if no effect is present.
     fitted_none
         Probability that there is no effect, if only the sets that were fitted are possible.
-    baseline_misfit_p_value, misfit_p_value
-        Probabilities of a common misfit like the baseline's, and like the one that is left in the
-        end, if the respective model is right.
+    baseline_misfit_p_value
+        Probability of a common misfit like the baseline's, if the baseline is right.
+    misfit_p_value
+        Probability of a common misfit like the one that is left in the end, if the model with the
+        most probable set is right.
     conflict_p_value
         Probability of factors at least as far as these from what was stated of them.
     posterior
         Posterior over sets of effects.
     reasons
         Reasons why suspects are not tested or not believed, by name.
-    baseline, extended
-        The fits without effects and with the most probable set; the latter is None where nothing
-        was suspected.
+    baseline
+        The fit without effects.
+    extended
+        The fit with the most probable set; None where nothing was suspected.
     limits
         How large each suspect may be, by name.
     next_experiment
@@ -99,10 +104,11 @@ class Discovery(Result):
     alike
         Cosines between pairs of signatures, after removal of what factors and simulator can
         imitate.
-    gain, shape_gain
-        Gains in the prediction of left-out specimens by the most probable set: of their curves,
-        from what is known of specimens without bending them, and of the shapes of these curves,
-        with the specimens' own factors fitted to them. None where nothing was suspected.
+    gain
+        Gain in the prediction of the curves of left-out specimens by the most probable set, from
+        what is known of specimens without bending them. None where nothing was suspected.
+    shape_gain
+        The same of the shapes of these curves, with the specimens' own factors fitted to them.
     condition_gain
         Gain in the prediction of curves under left-out conditions (`tests.csv`), from the other
         curves of the same specimens. None also where there is only one condition.
@@ -139,13 +145,13 @@ class Discovery(Result):
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """Effects that are named: causes, and the members of groups that are not told apart."""
+        """Effects that are named, both causes and the members of groups that are not told apart."""
         named = self.verdict in ("cause", "ambiguous")
         return tuple(name for group in self.groups for name in group) if named else ()
 
     @property
     def fitted(self) -> Fitted:
-        """The final fit: with the most probable set if something was suspected."""
+        """The final fit, which is with the most probable set if something was suspected."""
         return self.baseline if self.extended is None else self.extended
 
     @property

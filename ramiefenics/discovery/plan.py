@@ -136,7 +136,8 @@ class Plan(Result):
             for j, b in enumerate(names)
             if i < j
         ]
-        return {"cosines": Table(pd.DataFrame(rows))}
+        columns = ["tests", "effect", "other", "cosine"]  # also of a single suspect, without rows
+        return {"cosines": Table(pd.DataFrame(rows, columns=columns))}
 
     def figures(self) -> dict[str, Picture]:
         """Return figures of the smallest amplitudes, and of effects mistaken for one another."""
@@ -165,8 +166,9 @@ def plan(
     test: Source,
     others: Sequence[Sequence[str]] | None = None,
     design: Design | None = None,
-    effects: Mapping[str, Effect] = EFFECTS,
+    effects: Mapping[str, Effect] | None = None,
     runs: Mapper | None = None,
+    **changes: Any,
 ) -> Plan:
     """Find out what tests could show.
 
@@ -183,21 +185,24 @@ def plan(
     design
         Number of stalks, and how well they are known and tested.
     effects
-        Suspects.
+        Suspects; by default all shipped effects.
     runs
         Runs the simulations; by default on all cores, with results kept in the user's cache.
+    changes
+        Changes to the standard test, see `as_test`.
 
     Raises
     ------
     SpecificationError
         If a setting is refused, or a simulation does not reach the end of its travel.
     """
-    test = as_test(test)
+    test = as_test(test, **changes)
     if runs is None:
         with workers() as pool:
             return plan(test, others, design, effects, Runs(executor=pool))
     design = Design() if design is None else design
-    effects = {name: effect.sized([test]) for name, effect in effects.items()}
+    suspects = EFFECTS if effects is None else effects
+    effects = {name: effect.sized([test]) for name, effect in suspects.items()}
     given = _default_others(test) if others is None else others
     curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
     evidence = predicted_evidence(

@@ -50,9 +50,10 @@ class Design:
         How well the batch's moduli are known: standard deviation of their logarithms.
     own
         How much the moduli differ between stalks: standard deviation of their logarithms.
-    noise, drift
-        Standard deviations of the curves' noise and smooth errors, relative to the peak force, see
-        `Scatter`.
+    noise
+        Standard deviation of the curves' noise, relative to the peak force.
+    drift
+        Standard deviation of the curves' smooth errors, relative to the peak force.
     """
 
     stalks: int = 8

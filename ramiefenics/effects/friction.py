@@ -16,7 +16,8 @@ def _apply(test: BendingTest, amplitude: float) -> BendingTest:
 FRICTION = Effect(
     name="friction",
     physics="Both coefficients of friction between stalk and fixture are higher than those noted, "
-    "or lower: the supports hold back the underside of the stalk, which slides outwards on them.",
+    "or lower: the supports hold back the underside of the stalk, which slides on them, on the "
+    "calibration stalk outwards to about 6 mm of travel and inwards from about 8 mm on.",
     reference="Batista 2015, International Journal of Non-Linear Mechanics 69, 84-92",
     unit="1",
     bounds=(-0.1, 0.8),

@@ -40,7 +40,7 @@ def read_raw(
     Parameters
     ----------
     paths
-        Files, one per specimen.
+        Files, of one specimen each or of several.
     format
         A key of `READERS`, or a Python file that defines a `Reader`; by default the first of
         `READERS` that can read the first file.
@@ -51,8 +51,9 @@ def read_raw(
     Returns
     -------
     dict
-        Curves by specimen, which has the name of the file without its suffix; where two files have
-        the same name, that of the folder is put in front.
+        Curves by specimen, which has the name of the file without its suffix. Where two files have
+        the same name, that of the folder is put in front; where a file has several specimens,
+        theirs are appended.
 
     Raises
     ------

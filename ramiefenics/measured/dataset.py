@@ -6,7 +6,6 @@ If specimens are tested several times, there is also `tests.csv`, with one row p
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,10 +24,10 @@ from ramiefenics.published.citation import STUDY
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
-    SpecificationWarning,
     override,
     read_test,
 )
+from ramiefenics.specification.errors import warn
 from ramiefenics.specification.files import from_dict
 from ramiefenics.specification.reading import read_toml
 
@@ -112,7 +111,7 @@ class Dataset:
 
     @property
     def conditions(self) -> tuple[tuple[str, ...], ...]:
-        """Conditions of every record: its values in `tests.csv`, if there is one, and its path."""
+        """Conditions of every record, its values in `tests.csv`, if there is one, and its path."""
         columns = [name for names in self.layout.tests.values() for name in listed(names)]
         return tuple(
             (*(record.row[name] for name in columns), repr(record.test.protocol.then))
@@ -165,6 +164,20 @@ def read_dataset(folder: str | Path) -> Dataset:
     SpecificationError
         On the first defect; the message names file, row and remedy.
     """
+    dataset = load_dataset(folder)
+    if dataset.layout.seating.zero == "machine":  # other choices put zero before the first row
+        dataset.check_starts()
+    return dataset
+
+
+def load_dataset(folder: str | Path) -> Dataset:
+    """Read a folder of measured data, whose curves may begin too late to be compared.
+
+    Raises
+    ------
+    SpecificationError
+        On the first defect other than that; the message names file, row and remedy.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise SpecificationError("dataset", str(folder), "must be a folder with a dataset.toml")
@@ -176,8 +189,6 @@ def read_dataset(folder: str | Path) -> Dataset:
     rows = list_tests(folder, layout)
     dataset = Dataset(folder, layout, baseline, tuple(_records(folder, layout, baseline, rows)))
     _check_together(dataset, rows)
-    if layout.seating.zero == "machine":  # the other choices put zero before the first row
-        dataset.check_starts()
     return dataset
 
 
@@ -185,11 +196,9 @@ def _baseline(folder: Path, layout: Layout) -> BendingTest:
     named = not layout.baseline.endswith(".toml")
     test = published_test(layout.baseline) if named else read_test(folder / layout.baseline)
     if named:
-        warnings.warn(
+        warn(
             f"the baseline {layout.baseline} of {folder} gives its specimens ramie's constants "
-            f"(Tables 3 and 7 of {STUDY})",
-            SpecificationWarning,
-            stacklevel=3,
+            f"(Tables 3 and 7 of {STUDY})"
         )
     test = override(test, [f"fixture.{key}={value}" for key, value in layout.fixture.items()])
     test.fixture.check_beam(REDUCED)

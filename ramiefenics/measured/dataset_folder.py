@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import shutil
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import tomli_w
 
-from ramiefenics.measured import RawCurve
+from ramiefenics.measured.dataset import load_dataset
 from ramiefenics.measured.listing import SPECIMENS
-from ramiefenics.measured.readers.words import DIAMETERS, SPANS
+from ramiefenics.measured.raw import RawCurve
 from ramiefenics.measured.record import REDUCED
-from ramiefenics.measured.tables import parse_number
+from ramiefenics.measured.stated import take_stated
 from ramiefenics.results.draft import draft
 from ramiefenics.results.text import unspoken
-from ramiefenics.specification import Fixture, SpecificationError
-from ramiefenics.specification.files import archive_test
+from ramiefenics.specification import Fixture, SpecificationError, SpecificationWarning
+from ramiefenics.specification.reading import read_toml
 from ramiefenics.specification.sources import as_test
 
 CURVES = "curves"
@@ -76,12 +76,13 @@ def write_dataset(
     Raises
     ------
     SpecificationError
-        If there is a data set in the folder, or the baseline cannot be used.
+        If there is a data set in the folder, or the baseline cannot be used, alone or with the
+        specimens' diameters and spans.
     """
     folder = Path(folder)
     check_new(folder)
     own, test = baseline.endswith(".toml"), as_test(baseline)
-    layout: dict[str, object] = {"baseline": "baseline.toml" if own else baseline}
+    layout: dict[str, Any] = {"baseline": "baseline.toml" if own else baseline}
     if speed_mm_per_min is not None:
         layout["speed_mm_per_min"] = speed_mm_per_min
     if format is not None:
@@ -89,14 +90,20 @@ def write_dataset(
     test.fixture.check_beam(REDUCED)
     if isinstance(test.fixture, Fixture):
         layout["fixture"] = {"span_mm": test.fixture.span_mm}
-    layout |= taken(curves, baseline)[0]
+    taken = take_stated(curves, test, baseline)
+    layout |= taken.layout
     rows = [
-        {"specimen": name, **_renamed(raw.header), "curve": f"{CURVES}/{name}.csv"}
+        {
+            "specimen": name,
+            **_renamed(raw.header, taken.columns),
+            **{column: values[name] for column, values in taken.columns.items()},
+            "curve": f"{CURVES}/{name}.csv",
+        }
         for name, raw in curves.items()
     ]
     with draft(folder, replace=False) as made:
         if own:
-            archive_test(test, made / "baseline.toml")
+            _copy_test(Path(baseline), made / "baseline.toml")
         if str(format).endswith(".py"):
             shutil.copy(str(format), made)
         (made / "dataset.toml").write_text(HEAD + tomli_w.dumps(layout), encoding="utf-8")
@@ -106,58 +113,24 @@ def write_dataset(
         (made / CURVES).mkdir()
         for name, raw in curves.items():
             raw.curve.to_csv(made / CURVES / f"{name}.csv", index=False, float_format="%.8g")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SpecificationWarning)  # reading the folder tells them
+            load_dataset(made)
     return folder
 
 
-def taken(
-    curves: Mapping[str, RawCurve], baseline: str
-) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Return what the headers of raw files state about specimens and supports.
-
-    Parameters
-    ----------
-    curves
-        Curves by specimen.
-    baseline
-        Baseline specification of the specimens.
-
-    Returns
-    -------
-    tuple
-        Tables for ``dataset.toml``, and one sentence on the origin of each value.
-    """
-    test = as_test(baseline)
-    outermost = test.stalk.layers[-1].name
-    found: dict[str, dict[str, Any]] = {}
-    diameter, span = (_said_by_all(curves, words) for words in (DIAMETERS, SPANS))
-    if diameter:
-        found["specimens"] = {f"stalk.layers.{outermost}.outer_diameter_mm": diameter}
-        told = [f"the outer diameters of {outermost} are taken from {diameter!r} in the files"]
-    else:
-        size = test.stalk.outer_diameter_mm
-        told = [f"no diameter in the files: all specimens have that of the baseline, {size:g} mm"]
-    spans = {float(raw.header[span]) for raw in curves.values()} if span else set()
-    if len(spans) == 1 and isinstance(test.fixture, Fixture):
-        (value,) = spans
-        found["fixture"] = {"span_mm": value}
-        told.append(f"the span of {value:g} mm is taken from {span!r} in the files")
-    elif isinstance(test.fixture, Fixture):
-        told.append(f"the span is that of the baseline, {test.fixture.span_mm:g} mm")
-    return found, told
+def _copy_test(path: Path, to: Path) -> None:
+    """Copy a specification as it is, so that what it leaves out stays left out, and its law."""
+    data = read_toml(path)
+    law = data.get("law")
+    if not str(law).endswith(".py"):
+        shutil.copyfile(path, to)
+        return
+    shutil.copy(path.parent / str(law), to.parent)
+    to.write_text(tomli_w.dumps({**data, "law": Path(str(law)).name}), encoding="utf-8")
 
 
-def _said_by_all(curves: Mapping[str, RawCurve], words: Sequence[str]) -> str:
-    """Return the first key in all headers with one of some words and a length in mm, or ""."""
-    first = next(iter(curves.values())).header
-    for key in first:
-        named = any(word in key.lower() for word in words) and "(mm)" in key.lower()
-        values = [parse_number(raw.header.get(key, "")) for raw in curves.values()]
-        if named and all(math.isfinite(value) and value > 0.0 for value in values):
-            return key
-    return ""
-
-
-def _renamed(header: Mapping[str, str]) -> dict[str, str]:
+def _renamed(header: Mapping[str, str], columns: Collection[str]) -> dict[str, str]:
     """Return a header with those names changed that a data set needs for itself."""
-    taken = ("specimen", "curve")
-    return {f"{name} in the file" if name in taken else name: v for name, v in header.items()}
+    needed = ("specimen", "curve", *columns)
+    return {f"{name} in the file" if name in needed else name: v for name, v in header.items()}

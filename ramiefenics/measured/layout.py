@@ -24,8 +24,12 @@ class Columns:
         is one, else in `specimens.csv`.
     test
         Name of the test, in `tests.csv`. The column may be missing.
-    displacement, force, time
-        Columns of the curves. That of the time may be missing.
+    displacement
+        Column of the displacement, in the curves.
+    force
+        Column of the force, in the curves.
+    time
+        Column of the time, in the curves; it may be missing.
     """
 
     specimen: str = "specimen"
@@ -49,7 +53,19 @@ class Columns:
 
 @dataclass(frozen=True)
 class Units:
-    """Units of the curves' columns, and of the lengths in `specimens.csv` and `tests.csv`."""
+    """Units of the curves' columns, and of the lengths in `specimens.csv` and `tests.csv`.
+
+    Attributes
+    ----------
+    displacement
+        Unit of the displacement.
+    force
+        Unit of the force.
+    time
+        Unit of the time.
+    specimens
+        Unit of the lengths in `specimens.csv` and `tests.csv`.
+    """
 
     displacement: str = "mm"
     force: str = "N"
@@ -106,9 +122,10 @@ class Layout:
         effect they can take up.
     mesh
         Mesh recipe of the simulations, by name or in full.
-    from_mm, to_mm
-        Range of displacements that is compared; by default from 0 to the end of each curve. Every
-        curve must begin before the first displacement that is compared.
+    from_mm
+        First displacement that is compared. Every curve must begin before it.
+    to_mm
+        Last displacement that is compared; by default the end of each curve.
     """
 
     baseline: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -39,18 +40,25 @@ class RawCurve:
         Other values in the file, by name; names include the unit.
     notes
         Changes that were made to the data, in sentences.
+    origin
+        Where the file has force, displacement and time, in words, by quantity.
+    specimen
+        Name of the specimen within the file; empty if the file has only one.
     """
 
     path: Path
     curve: pd.DataFrame
     header: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    origin: Mapping[str, str] = field(default_factory=dict)
+    specimen: str = ""
 
 
 def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
     """Return columns of a table of text as finite numbers.
 
-    If some of their cells have a comma and none has a point, the comma is a decimal one.
+    If some of their cells have a comma and none has a point, the comma is a decimal one. Of comma
+    and point, the first is left out as a separator of thousands if the other always follows it.
 
     Parameters
     ----------
@@ -68,8 +76,12 @@ def read_numbers(path: Path, table: pd.DataFrame, names: Sequence[str]) -> pd.Da
     """
     wanted = table[list(names)]
     cells = wanted.to_numpy().ravel()
-    if any("," in cell for cell in cells) and not any("." in cell for cell in cells):
-        wanted = wanted.map(lambda cell: cell.replace(",", "."))
+    for thousands, decimal in (".,", ",."):
+        grouped = [cell for cell in cells if thousands in cell]
+        form = rf"[+-]?\d{{1,3}}(\{thousands}\d{{3}})+\{decimal}\d+"
+        if any(decimal in cell for cell in cells) and all(re.fullmatch(form, c) for c in grouped):
+            wanted = wanted.map(lambda c, t=thousands, d=decimal: c.replace(t, "").replace(d, "."))
+            break
     found = {name: numbers(path, wanted, name, REMEDY) for name in names}
     return pd.DataFrame(found, wanted.index)
 
@@ -109,14 +121,16 @@ def tidy(raw: RawCurve) -> RawCurve:
     return replace(raw, curve=curve.reset_index(drop=True), notes=tuple(notes))
 
 
-def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> dict[str, RawCurve]:
-    """Read raw files with one reader, each under a unique name.
+def read_all(
+    paths: Sequence[str | Path], read: Callable[[Path], Sequence[RawCurve]]
+) -> dict[str, RawCurve]:
+    """Read raw files with one reader, each curve under a unique name.
 
     Returns
     -------
     dict
-        Curves by the name of the file without its suffix; where two files have the same name, that
-        of the folder is put in front.
+        Curves by the name of the file without its suffix. Where two files have the same name, that
+        of the folder is put in front; where a file has several specimens, theirs are appended.
 
     Raises
     ------
@@ -130,14 +144,21 @@ def read_all(paths: Sequence[str | Path], read: Callable[[Path], RawCurve]) -> d
     named: dict[str, RawCurve] = {}
     for file, stem in zip(files, stems, strict=True):
         parent = file.resolve().parent.name
-        name = stem if stems.count(stem) == 1 else f"{parent}_{stem}"
-        if name in named:
-            allowed = "must not have the same name and folder name as another; rename one"
-            raise SpecificationError("raw", str(file), allowed)
-        named[name] = read(file)
-        log.info("%s: %d rows", file, len(named[name].curve))
+        of_file = stem if stems.count(stem) == 1 else f"{parent}_{stem}"
+        for raw in read(file):
+            name = re.sub(r"[\W_]+", "_", raw.specimen).strip("_")
+            name = f"{of_file}_{name}" if name else of_file
+            if name in named:
+                allowed = "must not have the same name and folder name as another; rename one"
+                raise SpecificationError("raw", str(file), allowed)
+            named[name] = raw
+            log.info("%s: %d rows", name, len(raw.curve))
     if twins := same_record([raw.curve for raw in named.values()]):
-        first, second = (files[index] for index in twins)
-        allowed = f"must not be a copy of {first}; leave one of them out"
-        raise SpecificationError("raw", str(second), allowed)
+        first, second = ([*named.values()][index] for index in twins)
+        allowed = f"must not be a copy of {_place(first)}; leave one of them out"
+        raise SpecificationError("raw", _place(second), allowed)
     return named
+
+
+def _place(raw: RawCurve) -> str:
+    return f"{raw.path}, {raw.specimen}" if raw.specimen else str(raw.path)

@@ -30,8 +30,12 @@ It is far above all that is measured in mm, N or s, and its powers do not overfl
 
 UNITS: dict[str, dict[str, float]] = {
     "mm": {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4},
-    "N": {"mN": 1e-3, "N": 1.0, "kN": 1000.0, "lbf": 4.4482216, "kgf": 9.80665},
+    "N": {
+        **{"mN": 1e-3, "N": 1.0, "daN": 10.0, "kN": 1000.0},
+        **{"lbf": 4.4482216, "gf": 9.80665e-3, "kgf": 9.80665},
+    },
     "s": {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0},
+    "mm/min": {"mm/min": 1.0, "mm/s": 60.0, "cm/min": 10.0, "m/min": 1000.0, "in/min": 25.4},
 }
 """Values of units in the unit that is used internally, by the latter."""
 

@@ -34,16 +34,25 @@ class Observables:
 
     Attributes
     ----------
-    force_N, support_force_N
-        Forces exerted by all cylinders that move, and borne by all that do not.
-    indenter_contact_length_mm, indenter_contact_width_mm
-        Extent along Z and along X of the touching area on the first cylinder of the fixture that
-        moves: four standard deviations, which for an ellipse are its axes.
-    support_contact_length_mm, support_contact_width_mm
-        The same on the first cylinder that does not move.
-    section_height_mm, section_width_mm
-        Extent along Y and X of the section under the first cylinder that moves, which is midspan
-        if that cylinder is in the middle.
+    force_N
+        Force exerted by all cylinders that move.
+    support_force_N
+        Force borne by all cylinders that do not move.
+    indenter_contact_length_mm
+        Extent along Z of the touching area on the first cylinder of the fixture that moves, four
+        standard deviations, which for an ellipse is its axis.
+    indenter_contact_width_mm
+        Extent along X of the same area, measured in the same way.
+    support_contact_length_mm
+        Extent along Z of the touching area on the first cylinder that does not move, measured in
+        the same way.
+    support_contact_width_mm
+        Extent along X of that area, measured in the same way.
+    section_height_mm
+        Extent along Y of the section under the first cylinder that moves, which is midspan if that
+        cylinder is in the middle.
+    section_width_mm
+        Extent along X of that section.
     void_height_mm
         Remaining height of the pith void in that section; NaN for a solid core, or in a node.
     void_force_N
@@ -55,13 +64,20 @@ class Observables:
         Largest distance along Y by which the front of a cylinder is beyond a vertex of the mesh.
     penetration_radii
         The same over the cylinder's radius; zero for plates.
-    stored_energy_Nmm, friction_work_Nmm, dissipated_Nmm
-        Stored energy, energy dissipated by friction so far, and energy dissipated by the material
-        and the bond so far.
-    min_volume_ratio, min_principal_stretch, min_acoustic_MPa
-        Lowest values over all quadrature points, see `PointState`. Where the last is negative, the
-        material has lost strong ellipticity and the result depends on the mesh. It is NaN until it
-        is searched for, see `Observer.search`.
+    stored_energy_Nmm
+        Stored energy.
+    friction_work_Nmm
+        Energy dissipated by friction so far.
+    dissipated_Nmm
+        Energy dissipated by the material and the bond so far.
+    min_volume_ratio
+        Lowest ratio J of a volume to that at rest, over all quadrature points.
+    min_principal_stretch
+        Lowest principal stretch over all quadrature points; negative where J is.
+    min_acoustic_MPa
+        Lowest eigenvalue of the acoustic tensor over all directions and quadrature points. Where it
+        is negative, the material has lost strong ellipticity and the result depends on the mesh. It
+        is NaN where it was not searched for, which is done at saved steps only.
     """
 
     force_N: float

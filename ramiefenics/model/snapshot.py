@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.jit import compile_expression
 from ramiefenics.model.observables import Observer
-from ramiefenics.model.pieces import cut_cells
+from ramiefenics.model.pieces import cut_cells, within_cells
 from ramiefenics.model.surface import ContactSurface
 
 
@@ -28,8 +28,10 @@ class Grid:
     cells
         Corners of every cell in VTK's order, shape (m, 8) for hexahedra and (m, 4) for
         quadrilaterals.
-    point_data, cell_data
-        Arrays by name, of length n and m.
+    point_data
+        Arrays by name, of length n.
+    cell_data
+        Arrays by name, of length m.
     order
         Order of the elements. An element is cut into this many cells along every edge, which follow
         one another in the order of `numpy.ndindex`.
@@ -51,20 +53,24 @@ class Snapshot:
 
     Attributes
     ----------
-    travel_mm, time_s
-        Travel of the indenter, and time.
+    travel_mm
+        Travel of the indenter.
+    time_s
+        Time since the first touch.
     body
         Hexahedra with the following data. ``layer`` is 1 for the innermost. At the cells' centres
         there are the Cauchy stress ``stress_MPa`` and the Green-Lagrange strain ``green_strain``,
-        both of shape (m, 6) in the order XX, YY, ZZ, XY, YZ, XZ; ``principal_stretches``, shape
-        (m, 3), ascending; ``von_mises_MPa``, ``axial_stress_MPa`` (along the deformed fibres) and
-        ``axial_stretch``; and, unless the law is elastic, its internal variables, the components of
-        a tensor row by row, and ``dissipated_Nmm_per_mm3``. ``min_volume_ratio``,
-        ``min_principal_stretch`` and ``min_acoustic_MPa`` are the lowest values at the element's
-        quadrature points, see `PointState`.
+        both of shape (m, 6) in the order XX, YY, ZZ, XY, YZ, XZ; ``principal_stretch_1`` to
+        ``principal_stretch_3``, ascending; ``von_mises_MPa``, ``axial_stress_MPa`` (along the
+        deformed fibres) and ``axial_stretch``; and, unless the law is elastic, its internal
+        variables, the components of a tensor row by row, and ``dissipated_Nmm_per_mm3``.
+        ``min_volume_ratio``, ``min_principal_stretch`` and ``min_acoustic_MPa`` are the lowest
+        values at the element's quadrature points: of the ratio J of a volume to that at rest, of
+        the principal stretches, and of the acoustic tensor's eigenvalues.
     contact
         Facets of the part of the outer surface that a cylinder may touch, with the data that
-        `ContactSurface.evaluate` returns.
+        `ContactSurface.evaluate` returns. ``cylinder`` is the index in `Fixture.cylinders` of the
+        cylinder that may touch the facet; no other one can.
     """
 
     travel_mm: float
@@ -93,6 +99,7 @@ class Camera:
         self._scalar = fem.functionspace(solid.mesh, ("Lagrange", solid.order))
         self._moved = fem.Function(fem.functionspace(solid.mesh, ("Lagrange", solid.order, (3,))))
         self._surface = ContactSurface(problem.contact, self._scalar)
+        self._cylinder = self._cylinders()
         cells = solid.mesh.topology.index_map(solid.mesh.topology.dim)
         self._cells = solid.own_cells
         pieces, self._middles = cut_cells(self._scalar)
@@ -101,6 +108,21 @@ class Camera:
         self._layer = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self._layer[problem.tube.cells.indices] = problem.tube.cells.values
         self._expression = self._cell_expression()
+
+    def _cylinders(self) -> NDArray[np.int8]:
+        """Return ``cylinder`` of every facet, in the order of `ContactSurface`.
+
+        A cell is within reach of one cylinder only.
+        """
+        solid, obstacles = self._problem.solid, self._problem.contact.obstacles
+        cylinders = self._problem.test.fixture.cylinders
+        of_cell = np.zeros(len(solid.own_cells), dtype=np.int8)
+        for obstacle in obstacles:
+            cells = within_cells(solid.mesh, obstacle.facets)[:, 0]
+            of_cell[cells] = cylinders.index(obstacle.cylinder)
+        facets = np.unique(np.concatenate([obstacle.facets for obstacle in obstacles]))
+        cells = within_cells(solid.mesh, facets)[:, 0]
+        return np.repeat(of_cell[cells], solid.order**2)
 
     def _cell_expression(self) -> fem.Expression:
         solid = self._problem.solid
@@ -133,7 +155,7 @@ class Camera:
             **dict(zip(self.MIDDLE_FIELDS, scalars.T, strict=True)),
             "stress_MPa": stress,
             "green_strain": 0.5 * (stretched - [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-            "principal_stretches": self._principal_stretches(stretched),
+            **self._principal_stretches(stretched),
             "min_volume_ratio": np.repeat(material.volume_ratio.min(axis=1), pieces),
             "min_principal_stretch": np.repeat(material.principal_stretch.min(axis=1), pieces),
             "min_acoustic_MPa": np.repeat(material.acoustic_MPa.min(axis=1), pieces),
@@ -143,17 +165,23 @@ class Camera:
             components = value.reshape(len(self._cells) * pieces, -1)
             fields[name] = components[:, 0] if components.shape[1] == 1 else components
         body = self._gather(self._corners, fields)
-        contact = self._gather(self._surface.corners, self._surface.evaluate())
+        contact = self._gather(
+            self._surface.corners, {**self._surface.evaluate(), "cylinder": self._cylinder}
+        )
         if body is None or contact is None:
             return None
         return Snapshot(travel_mm, time_s, body, contact)
 
-    def _principal_stretches(self, components: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the square roots of the eigenvalues of F^T F, ascending."""
+    def _principal_stretches(self, components: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+        """Return the square roots of the eigenvalues of F^T F, ascending, as three scalars.
+
+        ParaView would take an array of three columns for a vector, and mirror its first one.
+        """
         C = np.empty((len(components), 3, 3))
         for column, (i, j) in zip(components.T, self.COMPONENTS, strict=True):
             C[:, i, j] = C[:, j, i] = column
-        return np.asarray(np.sqrt(np.linalg.eigvalsh(C)))
+        stretches = np.sqrt(np.linalg.eigvalsh(C))
+        return {f"principal_stretch_{n}": one for n, one in enumerate(stretches.T, start=1)}
 
     def _gather(self, corners: NDArray[np.int64], fields: dict[str, NDArray[Any]]) -> Grid | None:
         """Join the cells of all ranks; points on the border between two ranks appear twice."""

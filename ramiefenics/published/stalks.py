@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 from collections.abc import Callable
 
 from ramiefenics.published.citation import STUDY
@@ -20,9 +19,9 @@ from ramiefenics.specification import (
     Material,
     Protocol,
     SpecificationError,
-    SpecificationWarning,
     Stalk,
 )
+from ramiefenics.specification.errors import warn
 
 PHLOEM_G_XY_PRINTED_MPA = 3.09
 """G_XY of the phloem as printed in Table 3; Eq. 4 gives 0.88 MPa with the table's other values."""
@@ -122,12 +121,11 @@ def published_test(name: str) -> BendingTest:
         test = PUBLISHED[name]()
     else:
         known = ", ".join(PUBLISHED)
-        raise SpecificationError("test", name, f"must be one of {known}, height-69cm or the like")
-    warnings.warn(
+        allowed = f"must be one of {known}, height-NNcm, or a TOML file"
+        raise SpecificationError("test", name, allowed)
+    warn(
         f"Table 3 of {STUDY} prints G_XY = {PHLOEM_G_XY_PRINTED_MPA} MPa for the phloem, but its "
         f"Eq. 4 gives {PHLOEM.elastic.G_XY:.2f} MPa, which is used; for the printed value set "
-        f"stalk.layers.phloem.material.elastic.G_XY_MPa={PHLOEM_G_XY_PRINTED_MPA}",
-        SpecificationWarning,
-        stacklevel=2,
+        f"stalk.layers.phloem.material.elastic.G_XY_MPa={PHLOEM_G_XY_PRINTED_MPA}"
     )
     return test

@@ -70,7 +70,7 @@ class Reconciliation(Result):
 
     @property
     def changes(self) -> pd.DataFrame:
-        """The repaired rows: number, printed and repaired levels, response."""
+        """The repaired rows with their number, printed and repaired levels, and response."""
         index = np.array(self.rows) - 1
         factors, printed = self.printed.factors, self.printed
         columns: dict[str, object] = {"row": self.rows}

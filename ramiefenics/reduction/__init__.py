@@ -13,7 +13,7 @@ import pandas as pd
 
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.reduction.curves import QUANTITIES, CurveNumbers, reduce_curve, reduce_section
-from ramiefenics.reduction.differences import differences
+from ramiefenics.reduction.differences import differences, few_units, in_several_groups
 from ramiefenics.reduction.groups import by_group, describe, ordered
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import SpecificationError
@@ -55,8 +55,13 @@ class Reduction(Result):
         One row per group and quantity of `QUANTITIES`: mean and intervals; see `describe`.
     seed
         Seed of the resampling.
-    tests, pairs
-        Whether groups differ, and which ones; see `differences`. Empty if there is only one group.
+    tests
+        Whether the groups differ, one row per quantity. Empty if there is only one group.
+    pairs
+        Which groups differ, one row per quantity and pair. Empty if there is only one group.
+    within
+        Column or columns that name the units whose curves are not independent; None for the
+        specimen.
     """
 
     SUMMARY: ClassVar[str] = "manifest.json"
@@ -68,6 +73,7 @@ class Reduction(Result):
     seed: int
     tests: pd.DataFrame
     pairs: pd.DataFrame
+    within: str | None = None
 
     @property
     def names(self) -> list[str]:
@@ -94,6 +100,7 @@ class Reduction(Result):
                 "groups have several curves of the same specimen, but the intervals treat them as "
                 "independent: to separate them, group by a column of tests.csv (by)"
             )
+        notes += self._on_units()
         for column, what in (
             ("still_rising", "still rise at the end of the record; their peaks are lower bounds"),
             ("slope_stable", "have no straight part; their initial slopes are averages"),
@@ -103,6 +110,30 @@ class Reduction(Result):
                 told = ~told & ~nonsense
             if told.any():
                 notes.append(f"{told.sum()} of {len(told)} curves {what} ({column})")
+        return notes
+
+    def _on_units(self) -> list[str]:
+        """Return notes on groups that are not compared, and on units in several groups."""
+        if self.by is None:
+            return []
+        groups, units = list(self.curves["group"]), _units(self.dataset, self.within)
+        unit, notes = self.within or "specimen", []
+        few = few_units(groups, units)
+        if len(self.names) - len(few) < 2:
+            notes.append(
+                f"nothing is compared: fewer than two groups of {self.by} have more than one {unit}"
+            )
+        elif few:
+            which = ", ".join(few)
+            notes.append(
+                f"{self.by} {which}: not compared with others, for want of a second {unit}"
+            )
+        if not self.tests.empty and (both := in_several_groups(groups, units)):
+            notes.append(
+                f"{len(both)} of {len(set(units))} values of {unit} occur in several groups of "
+                f"{self.by}, which are compared within them; if equal values do not mean the same "
+                f"{unit} there, name its units by both columns (within = {self.by},{unit})"
+            )
         return notes
 
     def _at_the_start(self) -> list[str]:
@@ -152,15 +183,20 @@ class Reduction(Result):
         test = self.tests.set_index("quantity").loc[name]
         pairs = self.pairs[(self.pairs["quantity"] == name) & (self.pairs["p"] < ALPHA)]
         title = QUANTITIES[name][0]
-        said = f"{title[0].upper()}{title[1:]}, test of equal group means: p = {test['p']:.2g}"
+        method = f"{test['method'][0].upper()}{test['method'][1:]}"
+        said = (
+            f"{title[0].upper()}{title[1:]}, test of equal group means: {method}, "
+            f"F({test['df']:.3g}, {test['df_within']:.3g}) = {test['F']:.3g}, p = {test['p']:.2g}"
+        )
         if pairs.empty:
-            return f"{said}; no two groups differ significantly."
+            return f"{said}; no two groups differ significantly (Holm's p)."
         apart = [
             f"{row['second']} less {row['first']} {row['difference']:+.3g} ({row['low']:.3g} to "
-            f"{row['high']:.3g}) {QUANTITIES[name][1]}, p = {row['p']:.2g}"
+            f"{row['high']:.3g}) {QUANTITIES[name][1]}, Holm's p = {row['p']:.2g}, Hedges' g = "
+            f"{row['g']:.2g}"
             for _, row in pairs.iterrows()
         ]
-        return f"{said}; {'; '.join(apart)}."
+        return f"{said}; {'; '.join(apart)}; intervals are not adjusted for several comparisons."
 
     def numbers(self) -> dict[str, Any]:
         """Return the data set, its specification, and the options of the reduction."""
@@ -170,6 +206,7 @@ class Reduction(Result):
             "specification": to_dict(self.dataset.baseline),
             "specimens": len(self.dataset.specimens),
             "by": self.by,
+            "within": self.within,
             "seed": self.seed,
             "units": {name: unit for name, (_, unit) in QUANTITIES.items()},
         }
@@ -195,8 +232,9 @@ class Reduction(Result):
             ),
             "pairs": Table(
                 self.pairs,
-                "Second less first group: difference of the means with its 95 % interval, p "
-                "adjusted by Holm's method over the pairs of a quantity, and Hedges' g.",
+                "Second less first group: difference of the means with its 95 % interval, not "
+                "adjusted for several comparisons, p adjusted by Holm's method over the pairs of "
+                "a quantity, and Hedges' g.",
                 digits=6,
             ),
         }
@@ -235,19 +273,24 @@ def reduce_dataset(
         Seed of the resampling for bootstrap intervals.
     within
         Column that names a unit, such as a plant, whose curves are not independent of each other;
-        by default the specimen.
+        by default the specimen. If equal values do not always mean the same unit, as of plants
+        numbered anew in each plot, several columns with commas between them: ``plot,plant``.
 
     Raises
     ------
     SpecificationError
-        If the folder is defective, or there is no such column.
+        If the folder is defective, there is no such column, or units are named without groups.
     """
+    if within is not None and by is None:
+        allowed = "must come with a column that names the groups (by), which are compared"
+        raise SpecificationError("within", within, allowed)
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)
     rows = []
     for record in dataset.records:
-        for option, column in (("by", by), ("within", within)):
-            if column is not None and column not in record.row:
+        asked = [] if by is None else [("by", by), *(("within", c) for c in _columns(within))]
+        for option, column in asked:
+            if column not in record.row:
                 there = ", ".join(record.row)
                 allowed = f"must be a column of specimens.csv or tests.csv ({there})"
                 raise SpecificationError(option, column, allowed)
@@ -263,6 +306,18 @@ def reduce_dataset(
         )
     curves = pd.DataFrame(rows)
     groups = by_group(curves, list(curves["group"]), list(QUANTITIES), seed)
-    units = [r.specimen if within is None else r.row[within] for r in dataset.records]
+    units = _units(dataset, within)
     tests, pairs = differences(curves, list(curves["group"]), list(QUANTITIES), units)
-    return Reduction(dataset, by, curves, groups, seed, tests, pairs)
+    return Reduction(dataset, by, curves, groups, seed, tests, pairs, within)
+
+
+def _units(dataset: Dataset, within: str | None) -> list[str]:
+    """Return the unit of each record whose curves are not independent of each other."""
+    if within is None:
+        return [record.specimen for record in dataset.records]
+    return [", ".join(record.row[c] for c in _columns(within)) for record in dataset.records]
+
+
+def _columns(within: str | None) -> list[str]:
+    """Return the names of the columns that name a unit."""
+    return [] if within is None else [column.strip() for column in within.split(",")]

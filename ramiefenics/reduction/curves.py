@@ -39,21 +39,34 @@ class CurveNumbers:
     ----------
     noise_N
         Standard deviation of the noise from row to row.
-    slope_N_per_mm, slope_low_N_per_mm, slope_high_N_per_mm
-        Initial slope and its 95 % interval.
-    slope_from_mm, slope_to_mm, slope_stable
-        Range of displacement in which the slope was taken, and whether the curve is straight there;
-        see `initial_slope`.
-    peak_N, peak_at_mm
-        Largest force, and its displacement.
+    slope_N_per_mm
+        Initial slope.
+    slope_low_N_per_mm
+        Lower end of its 95 % interval.
+    slope_high_N_per_mm
+        Upper end of its 95 % interval.
+    slope_from_mm
+        Displacement from which the slope was taken.
+    slope_to_mm
+        Displacement to which the slope was taken.
+    slope_stable
+        Whether the curve is straight there.
+    peak_N
+        Largest force.
+    peak_at_mm
+        Displacement at the largest force.
     still_rising
-        Whether the peak lies at the end of the record (see `AT_END`). It is then a lower bound.
+        Whether the peak lies at the end of the record. It is then a lower bound.
     end_mm
         Displacement at the end of the record.
-    energy_to_peak_Nmm, energy_Nmm
-        Work of the indenter up to the peak, and up to the end of the record; see `work`.
-    drop_N, drop
-        Drop from the peak to the least force after it, and its share of the peak.
+    energy_to_peak_Nmm
+        Work of the indenter up to the peak.
+    energy_Nmm
+        Work of the indenter up to the end of the record.
+    drop_N
+        Drop from the peak to the least force after it.
+    drop
+        The same as a share of the peak.
     """
 
     noise_N: float

@@ -3,8 +3,11 @@
 Independent values are compared by Welch's (1951) analysis of variance, which does not assume equal
 variances, and pair by pair by Welch's t-test. Values from the same unit (a plant, a specimen tested
 twice) are not independent. For these, a mixed model with a random effect of the unit is fitted
-instead, and tested with as many degrees of freedom as there are units less groups, which is
-conservative. The p-values of pairs are adjusted by Holm's (1979) method over the pairs of a
+instead. If every unit belongs to one group, it is tested with as many degrees of freedom as there
+are units less groups, which is conservative. If units occur in several groups, these are compared
+within the units: the model is that of the means by unit and group, and the degrees of freedom are
+those of an analysis of variance with repeated measures, for two groups those of the paired t-test.
+The p-values of pairs are adjusted by Holm's (1979) method over the pairs of a
 quantity. The effect size is Hedges' (1981) g: the difference over the standard deviation within
 groups, corrected for small samples.
 """
@@ -50,7 +53,7 @@ def differences(
         Names of the columns of `curves` to be compared.
     units
         Unit of each row, such as a plant, whose rows are not independent of each other; by default
-        all rows are independent.
+        all rows are independent. A unit of the same name in two groups is one and the same.
 
     Returns
     -------
@@ -72,8 +75,7 @@ def differences(
         table = table[table["group"].isin(used)]
         if len(used) < 2 or (table.groupby("group")["value"].std() == 0.0).any():
             continue
-        shared = bool(table.duplicated(["group", "unit"]).any())
-        test, found = _mixed(table, used) if shared else _welch(table, used)
+        test, found = _compared(table, used)
         tests.append({"quantity": name, **test, "eta_squared": _between(table)})
         adjusted = multipletests([pair["p"] for pair in found], method="holm")[1]
         for pair, p in zip(found, adjusted, strict=True):
@@ -103,20 +105,44 @@ def _welch(table: pd.DataFrame, used: Sequence[str]) -> tuple[dict[str, object],
     return test, pairs
 
 
-def _mixed(table: pd.DataFrame, used: Sequence[str]) -> tuple[dict[str, object], list[dict]]:
+def few_units(groups: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Return the groups that are not compared, as they have too few units."""
+    counts = pd.Series(list(units)).groupby(list(groups)).nunique()
+    return [group for group in ordered(list(groups)) if counts[group] < FEWEST]
+
+
+def in_several_groups(groups: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Return the units that occur in several groups."""
+    counts = pd.Series(list(groups)).groupby(list(units), sort=False).nunique()
+    return list(counts.index[counts > 1])
+
+
+def _compared(table: pd.DataFrame, used: Sequence[str]) -> tuple[dict[str, object], list[dict]]:
+    """Return the test of all groups and the comparison of pairs, by the method that fits."""
+    if in_several_groups(list(table["group"]), list(table["unit"])):
+        means = table.groupby(["group", "unit"])["value"].mean().reset_index()
+        freedom = len(means) - len(used) - means["unit"].nunique() + 1
+        return _mixed(means, used, max(freedom, 1), "mixed model, within units")
+    if table.duplicated("unit").any():
+        return _mixed(table, used, table["unit"].nunique() - len(used), "mixed model")
+    return _welch(table, used)
+
+
+def _mixed(
+    table: pd.DataFrame, used: Sequence[str], freedom: int, method: str
+) -> tuple[dict[str, object], list[dict]]:
     belongs = np.array([[group == name for name in used] for group in table["group"]], dtype=float)
-    labels = table["group"] + "\n" + table["unit"]
+    units = table["unit"].to_numpy()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # statsmodels warns if the random effect has no variance
-        fit = MixedLM(table["value"].to_numpy(), belongs, groups=labels.to_numpy()).fit(reml=True)
+        fit = MixedLM(table["value"].to_numpy(), belongs, groups=units).fit(reml=True)
     number = len(used)
     means, covariance = np.asarray(fit.fe_params), np.asarray(fit.cov_params())[:number, :number]
-    freedom = labels.nunique() - number
     contrasts = np.eye(number)[1:] - np.eye(number)[0]
     apart = contrasts @ means
     statistic = apart @ np.linalg.solve(contrasts @ covariance @ contrasts.T, apart) / (number - 1)
     test = {
-        "method": "mixed model",
+        "method": method,
         "F": float(statistic),
         "df": float(number - 1),
         "df_within": float(freedom),

@@ -14,6 +14,7 @@ from ramiefenics.measured import Record
 from ramiefenics.measured.noise import Array
 from ramiefenics.reduction import ALL, QUANTITIES, Reduction
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
+from ramiefenics.results.text import label_of
 
 IN_A_ROW = 3
 GRID = 200
@@ -42,8 +43,8 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
         for axes, (group, members) in zip(panels.flat, groups.items(), strict=False):
             _curves(axes, members)
             number = len(members)
-            title = f"{number} curves" if group == ALL else f"{group}, n = {number}"
-            axes.set_title(title, fontsize=10)
+            name = "" if group == ALL else f"{_factor(reduction)}: {group}, "
+            axes.set_title(f"{name}n = {number}", fontsize=10)
         for axes in panels.flat[len(groups) :]:
             axes.set_visible(False)
         for axes in panels[:, 0]:
@@ -61,9 +62,13 @@ def curves_by_group_figure(reduction: Reduction) -> Figure:
             loc="outside lower center",
             ncols=3 if across > 1 else 1,
             fontsize=8,
-            frameon=False,
         )
     return figure
+
+
+def _factor(reduction: Reduction) -> str:
+    """Return the name of what the groups differ in, with its unit."""
+    return label_of(reduction.by or "")
 
 
 def _curves(axes: Axes, records: list[Record]) -> None:
@@ -102,10 +107,10 @@ def quantities_by_group_figure(reduction: Reduction) -> Figure:
         panels = figure.subplots(2, 2, sharex=True)
         for axes, quantity in zip(panels.flat, SHOWN, strict=True):
             _quantity(axes, reduction, quantity, groups)
+        for axes in panels[1]:
+            axes.set_xlabel(_factor(reduction))
         handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(
-            handles, labels, loc="outside lower center", ncols=2, fontsize=8, frameon=False
-        )
+        figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 

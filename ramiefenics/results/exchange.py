@@ -61,7 +61,7 @@ def install(work: Path, folder: Path) -> None:
         new.rename(folder)
         return
     _check_room(new, folder)
-    old = _recorded(folder) if (new / RECORD).exists() else set()
+    old = recorded(folder) if (new / RECORD).exists() else set()
     if _exchangeable(new, folder, old):
         shutil.copymode(folder, new)
         _keep_own(folder, new, old)
@@ -77,7 +77,7 @@ def put_right(work: Path, folder: Path) -> None:
     shutil.rmtree(work / NEW, ignore_errors=True)
     if (work / ASIDE).exists():
         if folder.exists():
-            _keep_own(work / ASIDE, folder, _recorded(work / ASIDE))
+            _keep_own(work / ASIDE, folder, recorded(work / ASIDE))
             shutil.rmtree(work / ASIDE)
         else:
             (work / ASIDE).rename(folder)
@@ -93,7 +93,7 @@ def _files(folder: Path) -> Iterator[str]:
             yield (Path(place) / name).relative_to(folder).as_posix()
 
 
-def _recorded(folder: Path) -> set[str]:
+def recorded(folder: Path) -> set[str]:
     """Return the paths of what the program wrote into a folder, the record included."""
     try:
         text = (folder / RECORD).read_text(encoding="utf-8", errors="surrogateescape")
@@ -173,7 +173,7 @@ def _move(moving: Path, folder: Path) -> None:
     """
     (folder / UNFINISHED).write_text(WARNING, encoding="utf-8")
     if (moving / RECORD).exists():
-        for name in sorted(_recorded(folder), key=lambda name: name == RECORD):
+        for name in sorted(recorded(folder), key=lambda name: name == RECORD):
             with suppress(FileNotFoundError, IsADirectoryError, NotADirectoryError):
                 (folder / name).unlink()
             for parent in (folder / name).parents[: len(PurePosixPath(name).parts) - 1]:

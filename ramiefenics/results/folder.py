@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 from ramiefenics.results.draft import draft
@@ -13,7 +14,9 @@ from ramiefenics.results.text import unspoken
 from ramiefenics.specification.files import archive_test
 
 
-def write_folder(found: Result, folder: str | Path) -> Path:
+def write_folder(
+    found: Result, folder: str | Path, more: Callable[[Path], object] | None = None
+) -> Path:
     """Write tables, figures, specifications, summary and page of a result.
 
     Tables, figures and specifications become CSV, PNG and TOML files with their names, and figures
@@ -28,6 +31,9 @@ def write_folder(found: Result, folder: str | Path) -> Path:
         Result of a simulation or of a study; for a simulation on several ranks, that on rank 0.
     folder
         Folder to write to; created if it does not exist.
+    more
+        Writes further files to the folder that it is called with. They count as part of the result:
+        ``lambda made: result.animate(made / "film.gif")``.
 
     Returns
     -------
@@ -36,7 +42,8 @@ def write_folder(found: Result, folder: str | Path) -> Path:
     """
     folder = Path(folder)
     with draft(folder) as made:
-        place = made / found.PLACE
+        summary = found.summary()
+        place = made / summary["folder"]["place"]
         place.mkdir(exist_ok=True)
         for name, table in found.tables().items():
             digits = f"%.{table.digits}g"
@@ -51,10 +58,12 @@ def write_folder(found: Result, folder: str | Path) -> Path:
                 folder_of = place if end == "png" else place / "figures"
                 folder_of.mkdir(exist_ok=True)
                 (folder_of / f"{name}.{end}").write_bytes(content)
-        summary = json.dumps(found.summary(), indent=2, allow_nan=False)
-        (place / found.SUMMARY).write_text(summary + "\n", encoding="utf-8")
+        text = json.dumps(summary, indent=2, allow_nan=False)
+        (place / summary["folder"]["summary"]).write_text(text + "\n", encoding="utf-8")
         (place / "report.html").write_text(
             page(found, {k: v["png"] for k, v in pictures.items()}), encoding="utf-8"
         )
         found.write_more(made)
+        if more is not None:
+            more(made)
     return folder

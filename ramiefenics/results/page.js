@@ -1,8 +1,9 @@
 // Tables sort by a click on a heading, and save themselves as CSV.
+const saved = (cell) => cell.dataset.name ?? cell.dataset.value ?? cell.textContent;
 for (const table of document.querySelectorAll("table")) {
   const body = table.tBodies[0];
   const value = (row, column) => {
-    const text = row.cells[column].textContent;
+    const text = saved(row.cells[column]);
     const number = Number(text.replace(/[()<>%\s]/g, ""));
     return text === "" ? null : Number.isNaN(number) ? text : number;
   };
@@ -27,11 +28,7 @@ for (const table of document.querySelectorAll("table")) {
   const button = document.createElement("button");
   button.textContent = "Save as CSV";
   button.addEventListener("click", () => {
-    const quoted = (cell) => {
-      const text = cell.textContent.replaceAll('"', '""');
-      const runs = /^[=+\-@]/.test(text) && Number.isNaN(Number(text));  // in a spreadsheet
-      return `"${runs ? "'" : ""}${text}"`;
-    };
+    const quoted = (cell) => `"${saved(cell).replaceAll('"', '""')}"`;
     const lines = [...table.rows].map((row) => [...row.cells].map(quoted).join(","));
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }));

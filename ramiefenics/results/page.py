@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -13,14 +14,22 @@ from markupsafe import Markup, escape
 
 from ramiefenics.results.manifest import versions
 from ramiefenics.results.result import Result
-from ramiefenics.results.text import cells
+from ramiefenics.results.text import cells, label_of, unspoken, words_of
+from ramiefenics.specification import BendingTest
+from ramiefenics.specification.files import dump_test
 
 NUMBER = re.compile(r"\(?[<>]? ?[-+]?[\d.]*(e[-+]?\d+)?( ?%)?\)?")
 """Cell that is aligned to the right: a number, or nothing."""
 
+PLAIN = re.compile(r"-?\d+(\.\d+)?")
+"""Number without an exponent."""
 
-def grid(data: pd.DataFrame, name: str = "overview") -> Markup:
-    """Return a table as HTML, with numbers aligned to the right.
+WIDE = 12
+"""Number of columns beyond which headings are upright when printed."""
+
+
+def grid(data: pd.DataFrame, name: str = "overview", digits: int = 8) -> Markup:
+    """Return a table as HTML, with numbers aligned at their decimal points.
 
     Parameters
     ----------
@@ -28,23 +37,64 @@ def grid(data: pd.DataFrame, name: str = "overview") -> Markup:
         Content of the table.
     name
         Name of the file to which it can be saved.
+    digits
+        Significant digits of numbers in that file.
     """
-    text = cells(data)
-    kinds = [' class="number"' * all(map(NUMBER.fullmatch, text[column])) for column in text]
-    head = _row("th", [str(column).replace("_", " ") for column in text], kinds)
-    body = [_row("td", row, kinds) for row in text.itertuples(index=False)]
-    start = f'<div class="grid"><table data-name="{escape(name)}"><thead>{head}</thead><tbody>'
+    text = cells(data).replace({"True": "yes", "False": "no"})
+    saved = cells(unspoken(data), digits)
+    columns = [
+        _column(str(name), str(kept), text.iloc[:, k].to_list(), saved.iloc[:, k].to_list())
+        for k, (name, kept) in enumerate(zip(text, saved, strict=True))
+    ]
+    rows = list(zip(*columns, strict=True)) or [()]  # a table may have no columns
+    head, *body = (f"<tr>{''.join(row)}</tr>" for row in rows)
+    told = f'data-name="{escape(name)}" style="--columns: {len(columns)}"'
+    kind = ' class="wide"' if len(columns) > WIDE else ""
+    start = f'<div class="grid"><table{kind} {told}><thead>{head}</thead><tbody>'
     return Markup("\n".join([start, *body, "</tbody></table></div>"]))
 
 
-def _row(tag: str, texts: Iterable[str], kinds: Iterable[str]) -> str:
-    each = zip(texts, kinds, strict=True)
-    return f"<tr>{''.join(f'<{tag}{kind}>{escape(text)}</{tag}>' for text, kind in each)}</tr>"
+def _column(name: str, kept: str, texts: list[str], saved: list[str]) -> list[str]:
+    """Return heading and cells of a column, each with the text in the file where it differs."""
+    number = all(map(NUMBER.fullmatch, texts))
+    tails = [_tail(text) if number else 0.0 for text in texts]
+    made = [_cell("th", words_of(name), {"scope": "col", "data-name": kept}, number)]
+    for text, value, tail in zip(texts, saved, tails, strict=True):
+        told = {"data-value": value} if value != text else {}
+        if number and tail < max(tails) and PLAIN.fullmatch(text):
+            told["style"] = f"--tail: {max(tails) - tail:g}"
+        made.append(_cell("td", text, told, number))
+    return made
 
 
-def title_of(name: str) -> str:
-    """Return the name of a table as a title."""
-    return name.capitalize().replace("_", " ")
+def _tail(text: str) -> float:
+    """Return the width of a plain number from its decimal point on, in digits."""
+    point = text.find(".")
+    return len(text) - point - 0.5 if point >= 0 and PLAIN.fullmatch(text) else 0.0
+
+
+def _cell(tag: str, text: str, attributes: Mapping[str, str], number: bool) -> str:
+    told = {**({"class": "number", "align": "right"} if number else {}), **attributes}
+    listed = "".join(f' {name}="{escape(value)}"' for name, value in told.items())
+    return f"<{tag}{listed}>{escape(text)}</{tag}>"
+
+
+def subject(found: Result) -> str:
+    """Return what a result is about, in one line; empty if it has no specification of its own."""
+    test = found.specifications().get("specification")
+    if test is None:
+        return ""
+    stalk = test.stalk
+    layers = ", ".join(layer.name for layer in stalk.layers)
+    return (
+        f"Stalk of {stalk.outer_diameter_mm:.4g} mm in diameter and {stalk.length_mm:.4g} mm in "
+        f"length ({layers}), law {Path(test.law).name}, mesh {test.numerics.mesh.name}"
+    )
+
+
+def _toml(test: BendingTest) -> str:
+    """Return a test as the file beside the page has it, whose law is in the same folder."""
+    return dump_test(dataclasses.replace(test, law=Path(test.law).name))
 
 
 TEMPLATES = Environment(
@@ -53,14 +103,15 @@ TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-TEMPLATES.filters |= {"grid": grid, "title_of": title_of}
+TEMPLATES.filters |= {"grid": grid, "title_of": label_of, "toml": _toml}
 
 
 def brief(found: Result) -> str:
-    """Return title, findings, overview, notes and main figure, as part of a page."""
+    """Return title, findings, overview, notes and main figure, as part of a notebook."""
     main = next(iter(found.figures().values()), None)
     figure = None if main is None else (_base64(main.png()), main.caption)
-    return TEMPLATES.get_template("brief.html").render(found=found, figure=figure)
+    html = TEMPLATES.get_template("brief.html").render(found=found, figure=figure, level=3)
+    return f'<div style="overflow-x: auto">\n{html}</div>\n'
 
 
 def _base64(png: bytes) -> str:
@@ -82,4 +133,11 @@ def page(found: Result, pictures: Mapping[str, bytes]) -> str:
     ]
     tables = {name: table for name, table in found.tables().items() if table.caption}
     template = TEMPLATES.get_template("page.html")
-    return template.render(found=found, figures=figures, tables=tables, versions=versions())
+    return template.render(
+        found=found,
+        subject=subject(found),
+        figures=figures,
+        tables=tables,
+        versions=versions(),
+        level=1,
+    )

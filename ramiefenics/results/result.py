@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ramiefenics.results.manifest import finite, versions
 from ramiefenics.results.style import VECTOR
-from ramiefenics.results.text import cells
+from ramiefenics.results.text import cells, text_columns
 from ramiefenics.specification import BendingTest, SpecificationError
 
 if TYPE_CHECKING:
@@ -200,10 +200,16 @@ class Result(ABC):
         overview = self.overview()
         return {
             "result": type(self).__name__,
+            "place": self.PLACE,
+            "summary": self.SUMMARY,
             "overview": None if overview is None else overview.to_dict("split"),
             "overview_first": self.overview_first,
             "tables": {
-                name: {"caption": table.caption, "digits": table.digits}
+                name: {
+                    "caption": table.caption,
+                    "digits": table.digits,
+                    "text": text_columns(table.data),
+                }
                 for name, table in self.tables().items()
             },
             "figures": {name: picture.caption for name, picture in self.figures().items()},

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ramiefenics.results.exchange import RECORD, recorded
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest, SpecificationError, read_test
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OWN = ("title", "findings", "notes", "completed", "folder", "versions")
 """Keys that every summary has besides those of a study's numbers."""
@@ -23,12 +29,13 @@ OWN = ("title", "findings", "notes", "completed", "folder", "versions")
 class StoredResult(Result):
     """Result of a study as read back: its text, numbers, tables, figures and specifications.
 
-    Its figures are made of pixels. Printed, plotted or written again, it is the same as before.
+    Its figures are made of pixels. Printed, plotted or written again, it is the same as before:
+    what it does not make anew, such as figures as vectors, is copied.
 
     Attributes
     ----------
     folder
-        Folder that it was read from.
+        Folder of the summary, which has all files but those of `write_more`.
     told
         The whole summary.
     """
@@ -71,16 +78,31 @@ class StoredResult(Result):
     def tables(self) -> dict[str, Table]:
         """Return all tables."""
         return {
-            name: Table(pd.read_csv(self.folder / f"{name}.csv"), **about)
+            name: _table(self.folder / f"{name}.csv", **about)
             for name, about in self.told["folder"]["tables"].items()
         }
 
+    def to_xarray(self) -> xr.Dataset:
+        """Return the table ``curves`` as an xarray data set.
+
+        Its dimensions are the table's first column, which names the curve of each row, and
+        ``displacement_mm`` with the displacements of all curves. Every other column is interpolated
+        linearly between the rows of a curve, and is NaN outside them.
+
+        Raises
+        ------
+        SpecificationError
+            If there is no table of curves.
+        """
+        table = self.tables().get("curves")
+        if table is None or "displacement_mm" not in table.data:
+            allowed = "cannot be an xarray data set: this result has no table of curves"
+            raise SpecificationError("result", self.title, allowed)
+        return _to_xarray(table.data)
+
     def figures(self) -> dict[str, Picture]:
         """Return all figures, as pixels."""
-        return {
-            name: Picture(partial(_pixels, self.folder / f"{name}.png"), caption)
-            for name, caption in self.told["folder"]["figures"].items()
-        }
+        return stored_pictures(self.folder, self.told["folder"]["figures"])
 
     def specifications(self) -> dict[str, BendingTest]:
         """Return specifications to continue with."""
@@ -91,25 +113,46 @@ class StoredResult(Result):
         """Return the user's own Python files that it depends on."""
         return [self.folder / name for name in self.told["folder"]["user_files"]]
 
+    def write_more(self, folder: Path) -> None:
+        """Copy the files that have not been written anew."""
+        within = self.folder.name == self.told["folder"]["place"]
+        whole = self.folder.parent if within else self.folder
+        for name in recorded(whole) - {RECORD}:
+            source, target = whole / name, folder / name
+            if source.is_file() and not target.exists():
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(source, target)
+
     def _contents(self) -> dict[str, Any]:
         return dict(self.told["folder"])
 
 
-def summary_of(folder: Path) -> dict[str, Any]:
-    """Return the summary in a folder of results.
+def stored_pictures(folder: Path, captions: Mapping[str, str]) -> dict[str, Picture]:
+    """Return figures as the PNG files of a folder have them, by name."""
+    return {
+        name: Picture(partial(_pixels, folder / f"{name}.png"), caption)
+        for name, caption in captions.items()
+    }
+
+
+def find_summary(folder: Path) -> tuple[Path, dict[str, Any]]:
+    """Return a folder of results, or the subfolder that has most of its files, and the summary.
 
     Raises
     ------
     SpecificationError
-        If the folder has none.
+        If there is no summary.
     """
-    for path in sorted(folder.glob("*.json")):
+    for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
         try:
             told = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
         if isinstance(told, dict) and set(OWN) <= set(told):
-            return told
+            told["folder"].setdefault("place", ".")  # as in folders of earlier versions
+            told["folder"].setdefault("summary", path.name)
+            if path.parent in (folder, folder / told["folder"]["place"]):
+                return path.parent, told
     allowed = "must be a folder of results that ramiefenics has written"
     raise SpecificationError("folder", str(folder), allowed)
 
@@ -122,7 +165,7 @@ def read_stored(folder: Path) -> StoredResult:
     SpecificationError
         If it is not a folder of results, or if a file in it is missing or not of its kind.
     """
-    found = StoredResult(folder, summary_of(folder))
+    found = StoredResult(*find_summary(folder))
     try:
         repr(found)
         _ = found.tables(), found.specifications()
@@ -132,6 +175,39 @@ def read_stored(folder: Path) -> StoredResult:
         allowed = f"must hold intact results of ramiefenics ({type(error).__name__}: {error})"
         raise SpecificationError("folder", str(folder), allowed) from error
     return found
+
+
+def _table(path: Path, caption: str, digits: int, text: Collection[str] = ()) -> Table:
+    """Read a table, with text as it is and with empty cells of other columns as NaN."""
+    try:
+        names = pd.read_csv(path, nrows=0).columns
+    except pd.errors.EmptyDataError:
+        return Table(pd.DataFrame(), caption, digits)
+    data = pd.read_csv(
+        path,
+        dtype=dict.fromkeys(text, str),
+        na_values={name: [""] for name in names if name not in text},
+        keep_default_na=False,
+    )
+    return Table(data, caption, digits)
+
+
+def _to_xarray(table: pd.DataFrame) -> xr.Dataset:
+    import xarray as xr
+
+    label, *columns = table.columns.drop("displacement_mm")
+    at = np.unique(table["displacement_mm"])
+    curves = dict(iter(table.groupby(label, sort=False)))
+    values = {
+        name: [
+            np.interp(at, c["displacement_mm"], c[name], np.nan, np.nan) for c in curves.values()
+        ]
+        for name in columns
+    }
+    return xr.Dataset(
+        {name: ((label, "displacement_mm"), value) for name, value in values.items()},
+        {label: list(curves), "displacement_mm": at},
+    )
 
 
 def _pixels(path: Path) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +10,14 @@ import pandas as pd
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """First characters by which spreadsheets recognise a formula."""
+
+ENDING = re.compile(
+    "_((?:(?:N|g|mm)_)?per_(?:mm|N|MPa|s|m|cm3)|Nmm|mm3|cm|mm|MPa|N|deg|s|percent)$"
+)
+"""End of a name that states a unit."""
+
+SPELLINGS = {"Nmm": "N mm", "percent": "%", "cpu": "CPU", "anova": "ANOVA", "f": "F"}
+"""Spellings of parts of names."""
 
 
 def stack(parts: Mapping[Any, pd.DataFrame], label: str) -> pd.DataFrame:
@@ -29,14 +38,22 @@ def cells(data: pd.DataFrame, digits: int = 4) -> pd.DataFrame:
 
 def unit_of(key: str) -> str:
     """Return the unit that a key ends with; empty if it has none."""
-    return next((u for u in ("mm", "MPa", "N", "deg", "s") if key.endswith(f"_{u}")), "")
+    found = ENDING.search(key)
+    unit = re.sub("^per_", "1/", found[1]).replace("_per_", "/") if found else ""
+    return SPELLINGS.get(unit, unit)
+
+
+def words_of(name: str) -> str:
+    """Return the name of a column or table as words, with its unit in brackets."""
+    unit = unit_of(name)
+    words = (SPELLINGS.get(word, word) for word in ENDING.sub("", name).split("_"))
+    return f"{' '.join(words)} ({unit})" if unit else " ".join(words)
 
 
 def label_of(key: str) -> str:
-    """Return the last part of a dotted key as words, with its unit."""
-    name, unit = key.rpartition(".")[2], unit_of(key)
-    words = name.removesuffix(f"_{unit}").replace("_", " ")
-    return f"{words[0].upper()}{words[1:]}{f' ({unit})' if unit else ''}"
+    """Return the last part of a dotted key as words that begin a line, with its unit."""
+    words = words_of(key.rpartition(".")[2])
+    return f"{words[:1].upper()}{words[1:]}"
 
 
 def unspoken(data: pd.DataFrame) -> pd.DataFrame:
@@ -53,6 +70,12 @@ def unspoken(data: pd.DataFrame) -> pd.DataFrame:
 
     texts = data.select_dtypes(exclude="number").columns
     return data.assign(**{name: data[name].map(plain) for name in texts}).rename(columns=plain)
+
+
+def text_columns(data: pd.DataFrame) -> list[str]:
+    """Return the columns in which there is text, by their names in the file of the table."""
+    columns = unspoken(data).items()
+    return [str(name) for name, column in columns if any(isinstance(cell, str) for cell in column)]
 
 
 def _is_number(text: str) -> bool:

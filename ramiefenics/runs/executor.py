@@ -16,7 +16,7 @@ from typing import Generic, Protocol, TypeVar
 from loky import ProcessPoolExecutor
 
 from ramiefenics.diagnostics import LOG, show_log
-from ramiefenics.runs.notebook import NotebookProgress, in_notebook
+from ramiefenics.notebook import NotebookProgress, in_notebook
 from ramiefenics.runs.store import Store
 
 log = logging.getLogger(__name__)
@@ -81,8 +81,10 @@ class Runs:
 
     Attributes
     ----------
-    asked, computed
-        Number of tasks so far; number of distinct tasks among them that had not been done before.
+    asked
+        Number of tasks so far.
+    computed
+        Number of distinct tasks among them that had not been done before.
     """
 
     def __init__(

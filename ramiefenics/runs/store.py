@@ -20,6 +20,10 @@ RUNS = CACHE.parent / "runs"
 """Folder in which results are kept by default."""
 
 
+class StoreWarning(UserWarning):
+    """Results that cannot be kept, so that they will be computed again."""
+
+
 class Store:
     """Texts by key; a damaged text counts as missing.
 
@@ -87,7 +91,7 @@ def _checksum(key: str, text: bytes) -> bytes:
 
 @functools.cache  # once per process, whatever the warning filters are
 def _tell_once(message: str) -> None:
-    warnings.warn(message, stacklevel=3)
+    warnings.warn(message, StoreWarning, stacklevel=3)
 
 
 def key_of(content: Any, *modules: str) -> str:

@@ -32,14 +32,20 @@ class Point:
 
     Attributes
     ----------
-    time_s, travel_mm, time_step_s
-        Time, travel, and the length of the time steps that led there.
+    time_s
+        Time since the first touch.
+    travel_mm
+        Travel of the indenter.
+    time_step_s
+        Length of the time steps that led there.
     observables
         Observables; forces are instantaneous.
     kinetic_energy_Nmm
         Kinetic energy of the stalk.
-    indenter_work_Nmm, support_integral_Nmm
-        Integrals over the travel of the forces of the indenter and of the supports.
+    indenter_work_Nmm
+        Integral over the travel of the force of the indenter.
+    support_integral_Nmm
+        Integral over the travel of the force of the supports.
     damping_work_Nmm
         Energy dissipated by viscosity and drag.
     energy_error
@@ -64,19 +70,28 @@ class ExplicitStatistics:
 
     Attributes
     ----------
-    dofs, cells
-        Numbers of degrees of freedom and of cells.
-    steps, evaluations
-        Number of time steps; number of evaluations of the residual, those for the stable step
-        included.
-    least_time_step_s, greatest_time_step_s
-        Shortest and longest time step, apart from the last one.
+    dofs
+        Number of degrees of freedom.
+    cells
+        Number of cells.
+    steps
+        Number of time steps.
+    evaluations
+        Number of evaluations of the residual, those for the stable step included.
+    least_time_step_s
+        Shortest time step, apart from the last one.
+    greatest_time_step_s
+        Longest time step, apart from the last one.
     speed_mm_per_s
         Speed of the indenter after the start.
-    mass_g, added_mass_g
-        Moved mass of the whole stalk; the part of it that mass scaling has added.
-    wall_s, ranks
-        Wall time from specification to result; number of MPI ranks.
+    mass_g
+        Moved mass of the whole stalk.
+    added_mass_g
+        The part of that mass that mass scaling has added.
+    wall_s
+        Wall time from specification to result.
+    ranks
+        Number of MPI ranks.
     """
 
     dofs: int

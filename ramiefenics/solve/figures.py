@@ -10,17 +10,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from ramiefenics.results.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STYLE,
-    VERMILION,
-)
+from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.section import Array, Patch, section
 
@@ -52,7 +44,9 @@ def curve_figure(
         for number, table in enumerate((measured or {}).values()):
             label = "_" if number else "measured"  # one label for all
             axes.plot(table["displacement_mm"], table["force_N"], color=GREY, lw=0.8, label=label)
-        axes.plot(curve["displacement_mm"], curve["force_N"], "o-", color=BLUE, ms=3.5, lw=1.5)
+        x, force_N = curve["displacement_mm"], curve["force_N"]
+        label = "simulated" if measured else "_"
+        axes.plot(x, force_N, "o-", color=BLUE, ms=3.5, lw=1.5, label=label)
         if result.has_force_maximum:
             at, force = result.displacement_at_max_mm, result.max_force_N
             axes.plot(at, force, "o", ms=9, mfc="none", mec=VERMILION, mew=1.5)
@@ -84,13 +78,12 @@ def curves_figure(result: BendingResult) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.5, 4.0), layout="constrained")
         axes = figure.subplots()
-        axes.set_prop_cycle(color=[BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY])
         for number, one in {1: result, **result.later}.items():
             curve = one.curve
             axes.plot(curve["displacement_mm"], curve["force_N"], lw=1.5, label=f"test {number}")
         axes.set(xlabel="Indenter displacement (mm)", ylabel="Force (N)", xlim=(0, None))
         axes.set_ylim(bottom=0.0)
-        axes.legend(frameon=False)
+        axes.legend()
     return figure
 
 
@@ -100,7 +93,7 @@ def _mark_losses(axes: Axes, result: BendingResult) -> None:
         label, line = LOSS_LINES[name]
         axes.axvline(travel, color=GREY, lw=1.0, ls=line, label=f"{label} ({travel:.2f} mm)")
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.17), fontsize=8, frameon=False)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.17), fontsize=8)
 
 
 def _mark_jumps(axes: Axes, result: BendingResult) -> None:
@@ -134,7 +127,7 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
     level = top - snapshot.travel_mm
     radius = max(float(np.abs(patch.at_mm[..., 0]).max()) for patch in patches)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(5.5, 5.0), layout="constrained")
+        figure = Figure(figsize=(5.5, 5.0), layout="compressed")  # for axes of equal scales
         axes = figure.subplots()
         axes.set_axisbelow(True)
         _draw_stress(axes, patches)
@@ -148,20 +141,59 @@ def section_figure(result: BendingResult, number: int = -1) -> Figure:
             ha="right",
         )
         lowest = min(float(patch.now_mm[..., 1].min()) for patch in patches)
+        names = [layer.name for layer in test.stalk.layers]
+        _name_layers(axes, patches, names, (0.7 * radius, lowest - 0.3 * top))
         axes.set(
             aspect="equal",
             xlim=(-1.5 * radius, 1.5 * radius),
-            ylim=(lowest - 0.1 * top, 1.1 * top),
+            ylim=(lowest - 0.5 * top, 1.2 * top),
             xlabel="X (mm)",
             ylabel="Y (mm)",
         )
+        axes.xaxis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
         at_midspan = test.fixture.beam_mm is not None and indenter.z_mm == 0.0
         where = "Midspan" if at_midspan else f"Z = {indenter.z_mm:g} mm"
         force = np.interp(snapshot.time_s, result.curve["time_s"], result.curve["force_N"])
         axes.set_title(
-            f"{where} at {snapshot.travel_mm:.1f} mm of travel, {force:.1f} N", fontsize=10
+            f"{where} at {snapshot.travel_mm:.1f} mm of travel, force {force:.1f} N", fontsize=10
         )
     return figure
+
+
+def _name_layers(
+    axes: Axes, patches: Sequence[Patch], names: Sequence[str], at_mm: tuple[float, float]
+) -> None:
+    """Write the names of layers in a row below the deformed section, and name the undeformed one.
+
+    The row is centred on X = 0; `at_mm` is half its width, and its Y.
+    """
+    for number, (name, x) in enumerate(zip(names, _spread(len(names), at_mm[0]), strict=True), 1):
+        centres = np.array([p.now_mm.mean(axis=(0, 1)) for p in patches if p.layer == number])
+        low = centres[centres[:, 1] <= np.median(centres[:, 1])]
+        axes.annotate(
+            name,
+            low[np.abs(low[:, 0] - x).argmin()],
+            xytext=(x, at_mm[1]),
+            fontsize=8,
+            ha="center",
+            va="center",
+            arrowprops={"arrowstyle": "-", "lw": 0.7, "shrinkB": 0},
+        )
+    top = max(float(patch.at_mm[..., 1].max()) for patch in patches)
+    axes.annotate(
+        "undeformed",
+        (0.0, top),
+        xytext=(0, 3),
+        textcoords="offset points",
+        fontsize=8,
+        color=GREY,
+        ha="center",
+    )
+
+
+def _spread(number: int, half_mm: float) -> Array:
+    """Return evenly spaced positions from `-half_mm` to `half_mm`; the middle if there is one."""
+    return np.linspace(-half_mm, half_mm, number) if number > 1 else np.zeros(1)
 
 
 def _draw_stress(axes: Axes, patches: Sequence[Patch]) -> None:

@@ -2,27 +2,44 @@
 
 from __future__ import annotations
 
+import importlib.util
+
 import matplotlib as mpl
 import numpy as np
 import pyvista as pv
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ramiefenics.model.snapshot import Grid, Snapshot
-from ramiefenics.results.style import STYLE
+from ramiefenics.notebook import in_notebook
+from ramiefenics.results.style import GREY, STYLE
 from ramiefenics.solve.fields import NORMALS, cylinders
 from ramiefenics.solve.figures import STRESS_COLOURS
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.solve.section import at_nodes, lattices
 from ramiefenics.specification import SpecificationError
+from ramiefenics.specification.errors import warn
 
 STEEL = "#9aa5b1"
 
 PIXELS = (1600, 640)
 
+TOWARDS = (1.0, 0.3, 0.45)
+"""Direction from the stalk to the camera."""
+
+HALF_WIDTH = 0.48
+"""Half of the width of a scene, relative to the length by which it is scaled."""
+
 STRESS = "axial_stress_MPa"
+
+STILL = (
+    "this scene is a still picture, as the package pyvista[jupyter] is not installed, which is a "
+    "part of ramiefenics[notebook]"
+)
+"""Warning in a notebook."""
 
 PLACES = {
     1: ("000 100 110 010 001 101 111 011", pv.CellType.HEXAHEDRON),
@@ -38,7 +55,11 @@ PLACES = {
 def check_snapshots(result: BendingResult) -> None:
     """Check that a result has a snapshot to draw."""
     if not result.snapshots:
-        allowed = "must be at least 1; of several ranks, only the first has them"
+        allowed = (
+            "must be at least 1; of several ranks, only the first has them, and a result that was "
+            "read from a folder has none: simulate its test again, or open fields/bend.pvd of the "
+            "folder in ParaView"
+        )
         raise SpecificationError("snapshots", len(result.snapshots), allowed)
 
 
@@ -70,7 +91,9 @@ def deformed_figure(
         axes = figure.subplots()
         axes.set_axis_off()
         axes.imshow(_render(result, snapshot, limit))
-        axes.set_title(f"{snapshot.travel_mm:.1f} mm, {force:.1f} N", loc="left", fontsize=10)
+        _draw_directions(axes, _reach(result))
+        title = f"{snapshot.travel_mm:.1f} mm of travel, force {force:.1f} N"
+        axes.set_title(title, loc="left", fontsize=10)
         figure.colorbar(
             ScalarMappable(Normalize(-limit, limit), STRESS_COLOURS),
             ax=axes,
@@ -86,7 +109,8 @@ def deformed_figure(
 def view(result: BendingResult, number: int = -1) -> pv.Plotter:
     """Return a snapshot, the last one by default, as an interactive scene to ``.show()``.
 
-    In a notebook the package trame-pyvista makes it interactive; without it, it is a still picture.
+    In a notebook the package pyvista[jupyter], a part of ramiefenics[notebook], makes it
+    interactive; without it, it is a still picture.
 
     Raises
     ------
@@ -94,10 +118,40 @@ def view(result: BendingResult, number: int = -1) -> pv.Plotter:
         If no state was saved.
     """
     check_snapshots(result)
+    if in_notebook() and importlib.util.find_spec("trame") is None:
+        warn(STILL, UserWarning)
     plotter = pv.Plotter()
-    _fill(plotter, result, result.snapshots[number], largest_stress(result, number))
-    plotter.add_scalar_bar("Axial stress (MPa)", color="black")
+    stalk = _fill(plotter, result, result.snapshots[number], largest_stress(result, number))
+    plotter.add_scalar_bar(
+        "Axial stress (MPa)",
+        mapper=stalk.mapper,
+        color="black",
+        n_labels=5,
+        fmt="%.3g",
+        title_font_size=18,
+        label_font_size=16,
+        width=0.5,
+        height=0.1,
+        position_x=0.25,
+        position_y=0.03,
+    )
     return plotter
+
+
+def _draw_directions(axes: Axes, reach_mm: float) -> None:
+    """Draw X, Y and Z in the corner of a rendered picture, each to the scale of the picture."""
+    towards, up = np.array(TOWARDS) / np.linalg.norm(TOWARDS), np.array([0.0, 1.0, 0.0])
+    right = np.cross(up, towards) / np.linalg.norm(np.cross(up, towards))
+    length_mm = next(size for size in (50, 20, 10, 5, 2, 1) if size <= reach_mm / 12.0 or size == 1)
+    pixels = length_mm * PIXELS[0] / (2.0 * HALF_WIDTH * reach_mm)
+    start = np.array([0.13 * PIXELS[0], 0.85 * PIXELS[1]])
+    for name, direction in zip("XYZ", np.eye(3), strict=True):
+        step = pixels * np.array([direction @ right, -direction @ np.cross(towards, right)])
+        axes.plot(*np.transpose([start, start + step]), color=GREY, lw=1.2)
+        place = start + step + 22.0 * step / np.linalg.norm(step)
+        axes.text(place[0], place[1], name, ha="center", va="center", fontsize=8, color=GREY)
+    x, y = start + np.array([-15.0, 50.0])
+    axes.text(x, y, f"{length_mm} mm each", ha="right", fontsize=8, color=GREY)
 
 
 def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDArray[np.uint8]:
@@ -109,27 +163,35 @@ def _render(result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> NDAr
     return pixels
 
 
-def _fill(plotter: pv.Plotter, result: BendingResult, snapshot: Snapshot, limit_MPa: float) -> None:
-    """Add stalk, cylinders and a camera to a scene."""
+def _fill(
+    plotter: pv.Plotter, result: BendingResult, snapshot: Snapshot, limit_MPa: float
+) -> pv.Actor:
+    """Add stalk, cylinders and a camera to a scene, and return the stalk."""
     plotter.set_background("white")
-    plotter.add_mesh(
+    made = plotter.add_mesh(
         _whole(snapshot, result.test.numerics.domain),
         scalars=STRESS,
         cmap=STRESS_COLOURS,
         clim=(-limit_MPa, limit_MPa),
-        ambient=0.35,
-        diffuse=0.65,
+        ambient=0.7,  # with little shading, colours are those of the scale
+        diffuse=0.3,
         smooth_shading=True,
         split_sharp_edges=True,
         show_scalar_bar=False,
     )
     for cylinder in cylinders(result.test, snapshot.travel_mm):
         plotter.add_mesh(cylinder, color=STEEL, smooth_shading=True, split_sharp_edges=True)
-    stalk = result.test.stalk
-    reach = max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
-    plotter.camera_position = [(reach, 0.3 * reach, 0.45 * reach), (0, 0, 0), (0, 1, 0)]
+    reach, (width, height) = _reach(result), plotter.window_size
+    plotter.camera_position = [tuple(reach * part for part in TOWARDS), (0, 0, 0), (0, 1, 0)]
     plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.192 * reach
+    plotter.camera.parallel_scale = HALF_WIDTH * reach * height / width
+    return made
+
+
+def _reach(result: BendingResult) -> float:
+    """Return the length, mm, by which the scene is scaled."""
+    stalk = result.test.stalk
+    return max(stalk.length_mm, 5.0 * max(stalk.outer_diameter_mm, stalk.height_mm))
 
 
 def _whole(snapshot: Snapshot, domain: str) -> pv.PolyData:

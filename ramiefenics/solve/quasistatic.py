@@ -52,8 +52,10 @@ class Jump:
     energy_released_Nmm
         The drive's work in that step, less the changes of stored energy and friction work and the
         dissipation of the material.
-    force_before_N, force_after_N
-        Driving force at the beginning and at the end of that step.
+    force_before_N
+        Driving force at the beginning of that step.
+    force_after_N
+        Driving force at the end of that step.
     """
 
     displacement_mm: float

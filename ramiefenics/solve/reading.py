@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from ramiefenics.results.result import Result
-from ramiefenics.results.stored import read_stored, summary_of
+from ramiefenics.results.result import Picture, Result
+from ramiefenics.results.stored import find_summary, read_stored, stored_pictures
 from ramiefenics.solve.quasistatic import Ending, Jump
 from ramiefenics.solve.result import BendingResult, Statistics
 from ramiefenics.specification import BendingTest, SpecificationError, read_test
@@ -27,7 +27,8 @@ def read_folder(folder: str | Path) -> Result:
     Returns
     -------
     Result
-        A `BendingResult` without snapshots, or a `StoredResult` for any other kind of result.
+        A `BendingResult` without snapshots, which keeps the figures of these as pictures and cannot
+        write their fields again; or a `StoredResult` for any other kind of result.
 
     Raises
     ------
@@ -35,7 +36,7 @@ def read_folder(folder: str | Path) -> Result:
         If it is not such a folder, or a file in it cannot be read.
     """
     folder = Path(folder)
-    if summary_of(folder)["folder"]["result"] == BendingResult.__name__:
+    if find_summary(folder)[1]["folder"]["result"] == BendingResult.__name__:
         return read_bend(folder)
     return read_stored(folder)
 
@@ -66,10 +67,25 @@ def read_bend(folder: str | Path) -> BendingResult:
             _result(one, pd.read_csv(folder / f"{name}.csv"), own)
             for one, name, own in zip(tests, names, all_told, strict=False)
         )
-        return dataclasses.replace(first, test=test, further=tuple(further))
+        return dataclasses.replace(
+            first, test=test, further=tuple(further), pictures=_pictures(folder, told)
+        )
     except (OSError, ValueError, KeyError, TypeError) as error:
         allowed = f"must hold intact results of ramiefenics bend ({type(error).__name__}: {error})"
         raise SpecificationError("folder", str(folder), allowed) from error
+
+
+def _pictures(folder: Path, told: dict[str, Any]) -> dict[str, Picture]:
+    """Return the stored figures of the snapshots; those of curves can be drawn anew."""
+    captions = told.get("folder", {}).get("figures", {})
+    return stored_pictures(
+        folder,
+        {
+            name: caption
+            for name, caption in captions.items()
+            if name not in ("curve", "curves") and (folder / f"{name}.png").is_file()
+        },
+    )
 
 
 def _result(test: BendingTest, curve: pd.DataFrame, told: dict[str, Any]) -> BendingResult:

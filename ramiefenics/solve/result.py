@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,11 +15,11 @@ import pandas as pd
 from ramiefenics.model.laws import law_named
 from ramiefenics.model.snapshot import Snapshot
 from ramiefenics.results.result import Picture, Result, Table
+from ramiefenics.solve.measured_curves import Measured, measured_curves
 from ramiefenics.solve.peak import Peak, find_peak, secant_slope
 from ramiefenics.solve.quasistatic import Ending, Jump
-from ramiefenics.specification import BendingTest, SpecificationError
+from ramiefenics.specification import BendingTest
 from ramiefenics.specification.files import to_dict
-from ramiefenics.specification.reading import read_bytes
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -44,10 +43,18 @@ class Statistics:
 
     Attributes
     ----------
-    dofs, cells
-        Numbers of degrees of freedom and of cells.
-    steps, newton_iterations, linear_iterations, cut_backs
-        Numbers of steps, iterations and cut-backs; iterations of failed attempts included.
+    dofs
+        Number of degrees of freedom.
+    cells
+        Number of cells.
+    steps
+        Number of steps.
+    newton_iterations
+        Number of Newton iterations, those of failed attempts included.
+    linear_iterations
+        Number of iterations of the linear solver, those of failed attempts included.
+    cut_backs
+        Number of attempts that failed and were repeated with a shorter increment.
     wall_s
         Wall time from specification to result.
     ranks
@@ -91,6 +98,8 @@ class BendingResult(Result):
     further
         Results of later tests of the same stalk. They are fewer than in `test` if one of the tests
         was not completed.
+    pictures
+        Figures of the snapshots, by name, as stored in the folder that the result was read from.
     """
 
     title: ClassVar[str] = "Bending test"
@@ -102,6 +111,7 @@ class BendingResult(Result):
     ending: Ending
     jumps: tuple[Jump, ...] = ()
     further: tuple[BendingResult, ...] = ()
+    pictures: Mapping[str, Picture] | None = None
 
     @property
     def completed(self) -> bool:
@@ -289,11 +299,14 @@ class BendingResult(Result):
         return {"curve": Table(self.curve, "One row per step."), **later}
 
     def figures(self) -> dict[str, Picture]:
-        """Return the force curves and, if there are snapshots, the last section and stalk."""
+        """Return the force curves, and the last section and stalk if there are snapshots.
+
+        Of a result that was read from its folder, section and stalk are the stored pictures.
+        """
         from ramiefenics.solve.figures import curve_figure, curves_figure, section_figure
         from ramiefenics.solve.pictures import deformed_figure
 
-        drawn = {"curve": Picture(lambda: curve_figure(self), "Force against travel.")}
+        drawn = {"curve": Picture(lambda: curve_figure(self), "Indenter force against travel.")}
         if self.snapshots:
             last = self.snapshots[-1]
             force = np.interp(last.time_s, self.curve["time_s"], self.curve["force_N"])
@@ -306,17 +319,15 @@ class BendingResult(Result):
             drawn["deformed"] = Picture(
                 lambda: deformed_figure(self), f"The stalk between its cylinders {load}."
             )
+        else:
+            drawn |= self.pictures or {}
         if self.further:
             drawn["curves"] = Picture(
                 lambda: curves_figure(self), "Force against travel in all tests of the stalk."
             )
         return drawn
 
-    def plot(
-        self,
-        name: str | None = None,
-        measured: pd.DataFrame | str | Path | Mapping[str, pd.DataFrame] | None = None,
-    ) -> Figure:
+    def plot(self, name: str | None = None, measured: Measured | None = None) -> Figure:
         """Draw a figure, or the force curve with measured curves.
 
         Parameters
@@ -325,18 +336,19 @@ class BendingResult(Result):
             Name of the figure, as in `figures`; by default the force curve. It is not used if
             `measured` is given.
         measured
-            Table with ``displacement_mm`` and ``force_N``, its CSV file, or several tables by name,
-            such as `Dataset.curves`.
+            Table with ``displacement_mm`` and ``force_N``, its CSV file, a `RawCurve`, several of
+            these by name, or a `Dataset`.
+
+        Raises
+        ------
+        SpecificationError
+            If there is no figure of that name, or if `measured` is none of these.
         """
         if measured is None:
             return super().plot(name)
         from ramiefenics.solve.figures import curve_figure
 
-        if isinstance(measured, (str, Path)):
-            measured = {Path(measured).stem: _measured(Path(measured))}
-        elif isinstance(measured, pd.DataFrame):
-            measured = {"measured": measured}
-        return curve_figure(self, measured)
+        return curve_figure(self, measured_curves(measured))
 
     def view(self, number: int = -1) -> pv.Plotter:
         """Return the stalk in a saved state as an interactive scene; see `ramiefenics.view`."""
@@ -362,17 +374,3 @@ class BendingResult(Result):
             write_fields(self, folder / "fields")
         for number, one in self.later.items():
             one.write_more(folder / f"test_{number}")
-
-
-def _measured(path: Path) -> pd.DataFrame:
-    """Read a measured curve from a CSV file."""
-    try:
-        table = pd.read_csv(io.BytesIO(read_bytes(path)))
-    except ValueError as error:
-        if isinstance(error, SpecificationError):
-            raise
-        raise SpecificationError("measured", str(path), f"must be a CSV file ({error})") from error
-    if missing := {"displacement_mm", "force_N"} - set(table):
-        allowed = f"must have the columns displacement_mm and force_N; {min(missing)} is missing"
-        raise SpecificationError("measured", str(path), allowed)
-    return table

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -84,6 +85,7 @@ def sensitivities(
     parameters: Mapping[str, Parameter],
     comm: MPI.Comm | None = None,
     jumps: bool = True,
+    **changes: Any,
 ) -> Sensitivities:
     """Simulate a test, and differentiate its force curve with respect to parameters.
 
@@ -102,6 +104,8 @@ def sensitivities(
     jumps
         Whether the stalk may jump, come to rest by motion, or have a force that is not smooth in
         most parameters. Each derivative affected then takes two more simulations.
+    changes
+        Changes to the specification, see `as_test`.
 
     Raises
     ------
@@ -109,7 +113,7 @@ def sensitivities(
         If the path is more than a single loading, or if the stalk does what `jumps` excludes.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
-    test = as_test(test).alone
+    test = as_test(test, **changes).alone
     test.protocol.check_loading_only("sensitivities")
     problem = BendingProblem(test, comm)
     come_to_rest(problem)

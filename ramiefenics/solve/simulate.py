@@ -7,6 +7,7 @@ import gc
 import logging
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -18,6 +19,7 @@ from ramiefenics.model.bending import BendingProblem
 from ramiefenics.model.observables import Observables, Observer
 from ramiefenics.model.snapshot import Camera, Snapshot
 from ramiefenics.model.tube import TubeMesh, build_tube
+from ramiefenics.notebook import notebook_bar
 from ramiefenics.solve.interrupt import stop_on_interrupt
 from ramiefenics.solve.quasistatic import Ending, QuasiStatic, Step
 from ramiefenics.solve.rest import come_to_rest
@@ -49,7 +51,8 @@ def simulate(
     comm
         MPI communicator, all of whose ranks call; the world by default.
     on_step
-        Called after every converged step, on all ranks, for instance to show progress.
+        Called after every converged step, on all ranks, for instance to show progress. By default
+        there is a progress bar in the output of a notebook's cell, and nothing elsewhere.
     tube
         Mesh of the stalk from any source, to use in place of the recipe's; refused if there are
         further tests.
@@ -129,7 +132,9 @@ def _bend(
     steps: list[Step[Observables]] = []
     snapshots: list[Snapshot | None] = []
     interrupted = None
-    with stop_on_interrupt(comm) as request:
+    bar = notebook_bar(test.protocol.duration_s)
+    with stop_on_interrupt(comm) as request, bar as show:
+        tell = on_step or partial(_show, show)
         for step in stepper.steps():
             if step.save:
                 searched = observer.search(step.observables)
@@ -137,8 +142,7 @@ def _bend(
             if step.save or not steps:
                 snapshots.append(camera.take(step.travel_mm, step.time_s))
             steps.append(step)
-            if on_step is not None:
-                on_step(step)
+            tell(step)
             if request.agreed():
                 reason = f"interrupted at {step.travel_mm:.3f} mm of travel"
                 interrupted = Ending("interrupted", reason)
@@ -151,6 +155,10 @@ def _bend(
     log.info("%s %s", ending.kind, ending.reason)
     jumps = tuple(step.jump for step in steps if step.jump is not None)
     return BendingResult(test, _curve(test, steps), kept, statistics, ending, jumps)
+
+
+def _show(show: Callable[[float, str], None], step: Step[Observables]) -> None:
+    show(step.time_s, f"{step.travel_mm:.2f} mm, {step.observables.force_N:.1f} N")
 
 
 def _statistics(

@@ -55,7 +55,7 @@ class Cylinder:
 
     @property
     def up(self) -> float:
-        """Direction along Y from the stalk to the cylinder: 1 if it is above, -1 if below."""
+        """Direction along Y from the stalk to the cylinder, 1 if it is above, -1 if below."""
         return 1.0 if self.side == "above" else -1.0
 
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from typing import Any
 
 LONGEST, LONGEST_SENTENCE = 200, 1500
 """Most characters of a name or value that a message quotes, and of what is allowed."""
+
+INSIDE = (__name__.partition(".")[0], "dataclasses")
+"""Packages whose lines a warning does not name: this one, and what it makes its classes with."""
 
 
 class SpecificationError(ValueError):
@@ -56,3 +61,11 @@ def _cut(text: str, most: int) -> str:
 
 class SpecificationWarning(UserWarning):
     """Input that can be used but deserves a second look."""
+
+
+def warn(message: str, category: type[Warning] = SpecificationWarning) -> None:
+    """Issue a warning that names the line outside the package that led to it."""
+    frame, level = sys._getframe().f_back, 2
+    while frame is not None and frame.f_globals.get("__name__", "").split(".")[0] in INSIDE:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)

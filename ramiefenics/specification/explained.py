@@ -15,10 +15,48 @@ from typing import Any
 import tomli_w
 
 from ramiefenics.specification.bending import BendingTest
-from ramiefenics.specification.files import to_dict
+from ramiefenics.specification.files import required_fields, to_dict
 
 WIDTH = 96
 """Width of the lines of a comment, in characters, without the leading ``# ``."""
+
+UNBROKEN = "\xa0"
+"""Space at which no line is broken."""
+
+HEAD = """\
+# Specification of a bending test. `ramiefenics bend FILE` simulates it.
+# Units: mm, N, MPa, s and, consistent with these, tonne; densities are in g/cm3, angles in degrees.
+# The unit of a number ends its comment; 1 stands for a pure number.
+# Axes: Z along the stalk, zero at midspan; Y up; X across. Index 3 is Z. Indenters move along -Y.
+# Keys that are left out take their defaults; a key without a value, behind #, is left out.
+"""
+"""Comment at the top of an explained specification."""
+
+UNITS = (
+    *("mm_per_MPa", "N_per_mm", "mm_per_N", "mm_per_s", "g_per_cm3", "per_m"),
+    *("mm", "MPa", "N", "s", "deg"),
+)
+"""Units as they end the names of keys."""
+
+SYMBOLS = {
+    "E_X_MPa": "E_X",
+    "E_Z_MPa": "E_Z",
+    "nu_XY": "nu_XY",
+    "nu_XZ": "nu_XZ",
+    "G_XZ_MPa": "G_XZ",
+    "G_XY_MPa": "G_XY",
+    "fibre_strength": "s_c / G_XZ",
+    "fibre_residual_tangent": "h / G_XZ",
+    "shear_yield_strain": "gamma_Y",
+    "shear_residual_tangent": "R",
+    "densification": "d",
+    "static": "mu_s",
+    "dynamic": "mu_d",
+    "weakening_mm": "l_w",
+    "theta": "theta",
+    "presliding_mm": "l_p",
+}
+"""Symbols of keys in the documentation of the model, by the last part of the key."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,6 +71,8 @@ class Key:
         Type in words; empty for a table.
     default
         Default value as in TOML; empty for a table, or if there is none.
+    required
+        Whether the key cannot be left out.
     meaning
         Description of the key.
     """
@@ -40,36 +80,64 @@ class Key:
     path: str
     type: str
     default: str
+    required: bool
     meaning: str
+
+    @property
+    def unit(self) -> str:
+        """Unit of a number, 1 for a pure number; empty for everything else."""
+        return (unit_of(self.path) or "1") if self.type in ("number", "list of numbers") else ""
+
+    @property
+    def symbol(self) -> str:
+        """Symbol in the documentation of the model; empty if there is none."""
+        return SYMBOLS.get(self.path.rpartition(".")[2], "")
 
 
 def keys(cls: Any = BendingTest, inside: str = "") -> Iterator[Key]:
     """Yield all keys of a dataclass, each table before its contents."""
-    meanings = attributes(cls)
+    meanings, required = attributes(cls), required_fields(cls)
     for field, hint in _fields(cls):
         path = f"{inside}{field.name}"
         tables = [one for one in _options(hint) if dataclasses.is_dataclass(one)]
         kind = "" if tables else _words(hint)
         default = "" if tables else _default(field)
-        yield Key(path, kind, default, meanings[field.name])
+        yield Key(path, kind, default, field.name in required, meanings[field.name])
         entry = ".NAME." if typing.get_origin(hint) is tuple else "."
         for table in tables:
             yield from keys(table, f"{path}{entry}")
 
 
-def explained(obj: Any, inside: str = "") -> str:
+def unit_of(key: str) -> str:
+    """Return the unit that the name of a key ends with; empty if it has none."""
+    unit = next((unit for unit in UNITS if key.endswith(f"_{unit}")), "")
+    return re.sub(r"^per_", "1/", unit).replace("_per_", "/")
+
+
+def explained(test: BendingTest) -> str:
     """Return a specification as TOML, with the meaning of each key in a comment above it."""
-    kind: Any = type(obj)
-    meanings, plain, tables = attributes(kind), "", ""
-    for field, _ in _fields(kind):
-        value, path = getattr(obj, field.name), f"{inside}{field.name}"
-        comment = textwrap.indent(textwrap.fill(meanings[field.name], WIDTH), "# ")
+    comments = {}
+    for key in keys():
+        unit = f" Unit:{UNBROKEN}{key.unit}." if key.unit else ""
+        text = textwrap.fill(f"{key.meaning.replace('``', '`')}{unit}", WIDTH)
+        comments[key.path] = textwrap.indent(text.replace(UNBROKEN, " "), "# ")
+    return HEAD + "\n" + _commented(test, comments)
+
+
+def _commented(obj: Any, comments: dict[str, str], table: str = "", path: str = "") -> str:
+    """Return a table as TOML; `path` is that of `table` in `comments`, see `Key`."""
+    plain, tables = "", ""
+    for field in dataclasses.fields(obj):
+        name, value = f"{table}{field.name}", getattr(obj, field.name)
+        place = f"{path}{field.name}"
+        comment = comments[place]
         if dataclasses.is_dataclass(value):
-            tables += f"\n{comment}\n[{path}]\n{explained(value, f'{path}.')}"
+            inside = _commented(value, comments, f"{name}.", f"{place}.")
+            tables += f"\n{comment}\n[{name}]\n{inside}"
         elif isinstance(value, tuple) and any(map(dataclasses.is_dataclass, value)):
-            for entry in value:
-                tables += f"\n{comment}\n[[{path}]]\n{explained(entry, f'{path}.')}"
-                comment = "#"
+            entries = (_commented(one, comments, f"{name}.", f"{place}.NAME.") for one in value)
+            tables += f"\n{comment}"
+            tables += "".join(f"\n[[{name}]]\n{entry}" for entry in entries)
         elif value is None:
             plain += f"{comment}\n# {field.name} =\n"
         else:
@@ -83,9 +151,8 @@ def attributes(cls: Any) -> dict[str, str]:
     section = (inspect.getdoc(cls) or "").partition("Attributes\n----------\n")[2]
     found = {}
     for entry in re.split(r"\n(?=\S)", section):
-        names, _, text = entry.partition("\n")
-        for name in names.split(","):
-            found[name.strip()] = " ".join(text.split())
+        name, _, text = entry.partition("\n")
+        found[name] = " ".join(text.split())
     return found
 
 
@@ -119,7 +186,8 @@ def _default(field: dataclasses.Field[Any]) -> str:
 def _toml(value: Any) -> str:
     """Return a value as TOML, on one line or more."""
     if isinstance(value, dict):  # inline: a table of its own would end the table of the key
-        return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
+        inside = ", ".join(f"{name} = {_toml(one)}" for name, one in value.items())
+        return f"{{ {inside} }}" if value else "{}"
     if isinstance(value, tuple) and any(isinstance(one, dict) for one in value):
         return f"[{', '.join(map(_toml, value))}]"
     return tomli_w.dumps({"x": to_dict(value)}).partition("=")[2].strip()

@@ -6,11 +6,9 @@ import dataclasses
 import difflib
 import functools
 import math
-import os
 import shutil
 import types
 import typing
-import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,7 +16,7 @@ from typing import Any, TypeVar
 import tomli_w
 
 from ramiefenics.specification.bending import BendingTest
-from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
+from ramiefenics.specification.errors import SpecificationError, warn
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 from ramiefenics.specification.reading import parse_toml, read_toml
 
@@ -42,41 +40,29 @@ def read_test(path: str | Path) -> BendingTest:
         If the file cannot be read, is not valid TOML, or does not describe a valid test.
     """
     data = read_toml(path)
-    if _is_file(data.get("law")):
+    if is_file(data.get("law")):
         data["law"] = str(Path(path).parent / data["law"])
     test = test_from_dict(data)
     friction = data.get("fixture", {}).get("friction", {})
     if left_out := [name for name in ("static", "dynamic") if name not in friction]:
         values = ", ".join(f"{n} = {getattr(test.fixture.friction, n):g}" for n in left_out)
-        warnings.warn(
+        warn(
             f"{Path(path).name} does not state fixture.friction: that of ramie on steel is used, "
-            f"{values}",
-            SpecificationWarning,
-            stacklevel=2,
+            f"{values}"
         )
     return test
 
 
-def write_test(test: BendingTest, path: str | Path) -> None:
-    """Write a test so that `read_test` returns an equal one.
-
-    If the path of the law's file is relative, it is made relative to the folder of `path`.
-    """
-    path = Path(path)
-    if _is_file(test.law) and not Path(test.law).is_absolute():
-        test = dataclasses.replace(test, law=os.path.relpath(test.law, path.parent))
-    path.write_text(dump_test(test), encoding="utf-8")
-
-
 def archive_test(test: BendingTest, path: Path) -> None:
     """Write a test, and copy the file of its law, if it has one, to the same folder."""
-    if _is_file(test.law):
+    if is_file(test.law):
         shutil.copy(test.law, path.parent)
         test = dataclasses.replace(test, law=Path(test.law).name)
     path.write_text(dump_test(test), encoding="utf-8")
 
 
-def _is_file(law: Any) -> bool:
+def is_file(law: Any) -> bool:
+    """Return whether a law is that of the user's own Python file."""
     return isinstance(law, str) and law.endswith(".py")
 
 
@@ -105,7 +91,7 @@ def from_dict(cls: type[T], data: Any) -> T:
     if isinstance(data, cls):
         return data
     if cls is MeshRecipe and isinstance(data, str):
-        return typing.cast(T, mesh_recipe(data))
+        return typing.cast(T, mesh_recipe(data, field=""))
     if not isinstance(data, Mapping):
         raise SpecificationError("", data, "must be a table")
     table = typing.cast(Any, cls)
@@ -263,20 +249,30 @@ def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> B
     changes
         Values by dotted key, or strings ``dotted.key=value`` with the value as in TOML (quotes
         around text may be omitted). Layers are addressed by name:
-        ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``.
+        ``stalk.layers.phloem.material.elastic.E_Z_MPa=1500``. The last part of a key is enough if
+        no other key ends with it: ``span_mm=80``.
 
     Raises
     ------
     SpecificationError
-        If a key is unknown or a value is refused.
+        If a key is unknown or ambiguous, or a value is refused.
     """
     data, touched = to_dict(test), set()
     pairs = changes.items() if isinstance(changes, Mapping) else map(_assignment, changes)
-    for key, value in pairs:
+    for name, value in pairs:
+        key = whole_key(data, name, value)
         _assign(data, BendingTest, key, value)
         touched.add(key.partition(".")[0])
     kept = {name: getattr(test, name) for name in data if name not in touched}
     return test_from_dict(data | kept)
+
+
+def whole_key(data: Mapping[str, Any], name: str, value: Any) -> str:
+    """Return the whole dotted key for a name as `override` takes it; see `full_key`."""
+    from ramiefenics.specification.short_keys import full_key  # which imports this file
+
+    whole = name.partition(".")[0] in _names(BendingTest)
+    return name if whole else full_key(data, name, value)
 
 
 def merged(test: BendingTest, changes: Mapping[str, Any]) -> BendingTest:

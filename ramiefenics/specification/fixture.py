@@ -29,8 +29,11 @@ class Fixture(Arrangement):
     span_mm
         Distance between the axes of the supports, which lie on either side of Z = 0; 0 for a single
         support.
-    indenter_radius_mm, support_radius_mm
-        Radius. The paper does not publish it: 5 mm is an assumption.
+    indenter_radius_mm
+        Radius of the indenter, or of each of two. The published study does not state it: 5 mm is an
+        assumption.
+    support_radius_mm
+        Radius of the supports. The published study does not state it: 5 mm is an assumption.
     friction
         Friction, the same on all cylinders.
     inner_span_mm
@@ -65,7 +68,7 @@ class Fixture(Arrangement):
 
     @property
     def cylinders(self) -> tuple[Cylinder, ...]:
-        """Cylinders that touch the stalk: moving, then fixed ones, each by descending Z."""
+        """Cylinders that touch the stalk, first moving, then fixed ones, each by descending Z."""
         other_radius = self.other_support_radius_mm
         if other_radius is None:
             other_radius = self.support_radius_mm

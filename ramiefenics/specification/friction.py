@@ -17,9 +17,12 @@ class Friction:
 
     Attributes
     ----------
-    static, dynamic
-        Coefficients at rest and in sliding. The defaults are those of ramie on steel; a warning is
-        issued for a file that leaves them out.
+    static
+        Coefficient of friction at rest. The default is that of ramie on steel; a warning is issued
+        for a file that leaves it out.
+    dynamic
+        Coefficient of friction in sliding, at most the static one. The default is that of ramie on
+        steel; a warning is issued for a file that leaves it out.
     weakening_mm
         Slip over which the excess of a point's coefficient over the dynamic one falls to 1/e. It
         has not been measured: an assumption.

@@ -27,9 +27,11 @@ class Machine:
         Letters 99, 125502), their deflection with its logarithm.
     bedding_force_N
         Force at which half of the bedding compliance is left.
-    table_N, table_mm
-        Forces, ascending, and additional deflections of frame, load cell and fixture at these
-        forces; linear in between and from zero force on, constant beyond.
+    table_N
+        Forces, ascending, at which `table_mm` states deflections.
+    table_mm
+        Additional deflections of frame, load cell and fixture at the forces `table_N`; linear in
+        between and from zero force on, constant beyond.
     load_scale
         Factor by which the load cell reads too high.
     load_offset_N

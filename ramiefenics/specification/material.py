@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramiefenics.specification.checks import check_instance, check_number, checked_number
-from ramiefenics.specification.errors import SpecificationError, SpecificationWarning
+from ramiefenics.specification.errors import SpecificationError, warn
 
 G_PER_CM3 = 1e-9
 """One g/cm3 in tonne/mm3, the solver's unit."""
@@ -25,15 +24,20 @@ class Elastic:
 
     Attributes
     ----------
-    E_X_MPa, E_Z_MPa
-        Young's moduli across and along the fibres.
-    nu_XY, nu_XZ
-        Poisson's ratios.
+    E_X_MPa
+        Young's modulus across the fibres, E_X = E_Y.
+    E_Z_MPa
+        Young's modulus along the fibres.
+    nu_XY
+        Poisson's ratio in the cross-section: contraction along Y over extension along X.
+    nu_XZ
+        Poisson's ratio across and along the fibres, contraction along Z over extension along X. It
+        is the small one, as ``nu_XZ / E_X = nu_ZX / E_Z``.
     G_XZ_MPa
         Shear modulus along the fibres, G_XZ = G_YZ.
     G_XY_MPa
-        Shear modulus across the fibres. None (the default) stands for that of an isotropic plane,
-        ``E_X / (2 (1 + nu_XY))``. Any other value makes the layer tetragonal: X and Y become
+        Shear modulus across the fibres. If left out (the default), it is that of an isotropic
+        plane, ``E_X / (2 (1 + nu_XY))``. Any other value makes the layer tetragonal: X and Y become
         material axes.
     """
 
@@ -60,11 +64,9 @@ class Elastic:
             check_number(self, "G_XY_MPa", above=0.0, unit="MPa")
         self._check_positive_definite()
         if abs(self.G_XY / self.G_XY_isotropic - 1.0) > 0.01:
-            warnings.warn(
+            warn(
                 f"G_XY_MPa = {self.G_XY:g} is not E_X / (2 (1 + nu_XY)) = "
-                f"{self.G_XY_isotropic:.3g} MPa: the layer is not isotropic in its cross-section",
-                SpecificationWarning,
-                stacklevel=3,
+                f"{self.G_XY_isotropic:.3g} MPa: the layer is not isotropic in its cross-section"
             )
 
     @property

@@ -11,11 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramiefenics.specification.checks import check_choice, check_integer, check_number
+from ramiefenics.specification.defaults import Default, put_in_order
 from ramiefenics.specification.errors import SpecificationError
 
 LONGEST_UNDER_A_CYLINDER = 0.09
 """Largest `MeshRecipe.contact_size`, nearly two radii: a longer cell may miss the cylinder."""
 
+ORDERED = ("contact_size", "coarse_size")
+"""Fields of `MeshRecipe` whose values ascend."""
 
 STEEPEST = 1000.0
 """Largest ratio of element sizes in a graded row; beyond it, nodes made by Gmsh coincide."""
@@ -43,19 +46,21 @@ class MeshRecipe:
         Elements through the outermost layer.
     contact_size
         Element length along Z under a cylinder, relative to the shortest of the span, 9 diameters
-        and 21 radii of the cylinder.
+        and 21 radii of the cylinder; at most `coarse_size`. If only one of the two is changed, that
+        of a named recipe moves to where it does not contradict it.
     contact_zone
         Half length of the zone with that element length around each cylinder, relative to the
         shorter of the span and 9 diameters.
     growth
         Increase of the element length per distance from the nearest such zone.
     coarse_size
-        Largest element length along Z, relative to the shorter of the span and 9 diameters; a
-        larger `contact_size` is reduced to this.
-    bore_growth, side_growth
-        Ratio of the size of an element to that of the one before: outwards from the bore through
-        each layer, and from the stalk's sides (Y = 0), where the flattened void bends, to its top
-        and bottom.
+        Largest element length along Z, relative to the shorter of the span and 9 diameters.
+    bore_growth
+        Ratio of the size of an element to that of the one before, outwards from the bore through
+        each layer.
+    side_growth
+        Ratio of the size of an element to that of the one before, from the stalk's sides (Y = 0),
+        where the flattened void bends, to its top and bottom.
     serendipity
         Whether to omit the displacement's nodes inside faces and cells: 20 instead of 27 per cell
         of order 2. Cells of order 1 have no such nodes.
@@ -82,10 +87,10 @@ class MeshRecipe:
             raise SpecificationError("angular_elements", self.angular_elements, "must be even")
         check_integer(self, "wall_elements", 1)
         check_integer(self, "rind_elements", 1)
-        check_number(self, "coarse_size", above=0.0)
-        check_number(self, "contact_size", above=0.0)
-        object.__setattr__(self, "contact_size", min(self.contact_size, self.coarse_size))
-        check_number(self, "contact_size", at_most=LONGEST_UNDER_A_CYLINDER)
+        put_in_order(self, ORDERED)
+        if self.contact_size > LONGEST_UNDER_A_CYLINDER:
+            allowed = f"must be a number at most {LONGEST_UNDER_A_CYLINDER:g}"
+            raise SpecificationError("contact_size", self.contact_size, allowed)
         check_number(self, "contact_zone", at_least=0.0)
         check_number(self, "growth", at_least=0.0)
         check_number(self, "bore_growth", at_least=1.0, at_most=3.0)
@@ -132,8 +137,15 @@ def _names() -> tuple[str, ...]:
 
 
 @functools.cache
-def mesh_recipe(name: str) -> MeshRecipe:
+def mesh_recipe(name: str, field: str = "mesh") -> MeshRecipe:
     """Return the recipe of a given name.
+
+    Parameters
+    ----------
+    name
+        Name of the recipe.
+    field
+        Name of the field for which it is asked, for the message.
 
     Raises
     ------
@@ -143,16 +155,16 @@ def mesh_recipe(name: str) -> MeshRecipe:
     if name not in recipe_names():
         near = difflib.get_close_matches(name, recipe_names(), n=1)
         hint = f", the nearest is {near[0]!r}" if near else ""
-        raise SpecificationError(
-            "", name, f"is not a mesh recipe{hint}; known: {', '.join(recipe_names())}"
-        )
+        allowed = f"is not a mesh recipe{hint}; known: {', '.join(recipe_names())}"
+        raise SpecificationError(field, name, allowed)
     return dataclasses.replace(_unnamed(name), name=name)
 
 
 @functools.cache
 def _unnamed(name: str) -> MeshRecipe:
     with (recipe_folder() / f"{name}.toml").open("rb") as stream:
-        return MeshRecipe(**tomllib.load(stream))
+        values = tomllib.load(stream)
+    return MeshRecipe(**values | {name: Default(values[name]) for name in ORDERED})
 
 
 @functools.cache

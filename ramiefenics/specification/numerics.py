@@ -10,6 +10,7 @@ from ramiefenics.specification.checks import (
     check_integer,
     check_number,
 )
+from ramiefenics.specification.defaults import Default, put_in_order
 from ramiefenics.specification.mesh_recipe import MeshRecipe, mesh_recipe
 
 
@@ -47,11 +48,15 @@ class Stepping:
 
     Attributes
     ----------
-    first_step_mm, max_step_mm, min_step_mm
-        First, largest and smallest increment. The first is at most the largest; the smallest is at
-        most the first, and at most a hundredth of the whole path. Larger settings are reduced to
-        these limits. If there is no equilibrium nearby even with the smallest increment, the stalk
-        jumps: see ``docs/model.md``.
+    first_step_mm
+        First increment. If only one or two of the three increments are stated, the defaults of the
+        others move to where they do not contradict them.
+    max_step_mm
+        Largest increment; at least `first_step_mm`.
+    min_step_mm
+        Smallest increment; at most `first_step_mm`. A value above a hundredth of the whole path is
+        reduced to it. If there is no equilibrium nearby even with this increment, the stalk jumps
+        to one that is farther away.
     max_iterations
         Most Newton iterations before the increment is cut.
     relative_tolerance
@@ -65,21 +70,17 @@ class Stepping:
         unknowns.
     """
 
-    first_step_mm: float = 0.5
-    max_step_mm: float = 1.0
-    min_step_mm: float = 0.05
+    first_step_mm: float = Default(0.5)
+    max_step_mm: float = Default(1.0)
+    min_step_mm: float = Default(0.05)
     max_iterations: int = 20
     relative_tolerance: float = 1e-5
     force_tolerance: float = 0.002
     linear_solver: str = "auto"
 
     def __post_init__(self) -> None:
-        """Check signs, and reduce increments to their limits."""
-        for name in ("min_step_mm", "max_step_mm", "first_step_mm"):
-            check_number(self, name, above=0.0, unit="mm")
-        first = min(self.first_step_mm, self.max_step_mm)
-        object.__setattr__(self, "first_step_mm", first)
-        object.__setattr__(self, "min_step_mm", min(self.min_step_mm, first))
+        """Check signs and the order of the increments."""
+        put_in_order(self, ("min_step_mm", "first_step_mm", "max_step_mm"), "mm")
         check_integer(self, "max_iterations", 1)
         check_number(self, "relative_tolerance", above=0.0, below=1.0)
         check_number(self, "force_tolerance", above=0.0, below=1.0)

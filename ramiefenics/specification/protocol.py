@@ -52,8 +52,10 @@ class Leg:
 
     Attributes
     ----------
-    from_mm, to_mm
-        Travel at the start and at the end; equal in a hold.
+    from_mm
+        Travel at the start.
+    to_mm
+        Travel at the end; in a hold that at the start.
     duration_s
         Duration.
     """
@@ -74,7 +76,8 @@ class Protocol:
     save_every_mm
         Fields are saved at multiples of this travel and at the end of every leg of the path.
     speed_mm_per_s
-        Speed of the indenter, for rate-dependent materials; the study does not state its speed.
+        Speed of the indenter, for rate-dependent materials; the published study
+        does not state its speed.
     then
         What follows the first loading, in order: unloading, holds, reloading.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import re
+import dataclasses
+import os
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -10,17 +11,12 @@ from typing import Any
 
 from ramiefenics.specification.bending import BendingTest
 from ramiefenics.specification.errors import SpecificationError
-from ramiefenics.specification.explained import keys
-from ramiefenics.specification.files import labels, override, read_test, to_dict
+from ramiefenics.specification.explained import unit_of
+from ramiefenics.specification.files import dump_test, is_file, override, read_test, to_dict
+from ramiefenics.specification.short_keys import full_key
 
 Source = BendingTest | str | Path
 """A specification, its TOML file, or its name."""
-
-UNITS = (
-    *("mm_per_MPa", "N_per_mm", "mm_per_N", "mm_per_s", "g_per_cm3", "per_m"),
-    *("mm", "MPa", "N", "s", "deg"),
-)
-"""Units as they end the names of keys."""
 
 
 def as_test(source: Source, **changes: Any) -> BendingTest:
@@ -46,11 +42,38 @@ def as_test(source: Source, **changes: Any) -> BendingTest:
     10.0
     """
     test = source if isinstance(source, BendingTest) else _found(source)
-    values: dict[str, Any] = {}
+    if not changes:
+        return test
+    data, values = to_dict(test), {}
     for name, value in changes.items():
-        for key, one in _flat(_whole(test, name, value), value):
+        for key, one in _flat(full_key(data, name, value), value):
             values[key] = _in_unit(key, one)
-    return override(test, values) if values else test
+    return override(test, values)
+
+
+def write_test(test: Source, path: str | Path, **changes: Any) -> None:
+    """Write a specification so that `read_test` returns an equal one.
+
+    If the path of the law's file is relative, it is made relative to the folder of `path`.
+
+    Parameters
+    ----------
+    test
+        The specification, its TOML file, or the name of a published one.
+    path
+        File to write.
+    changes
+        Changes to the specification, see `as_test`.
+
+    Raises
+    ------
+    SpecificationError
+        If there is no such specification, or a change is refused.
+    """
+    test, path = as_test(test, **changes), Path(path)
+    if is_file(test.law) and not Path(test.law).is_absolute():
+        test = dataclasses.replace(test, law=os.path.relpath(test.law, path.parent))
+    path.write_text(dump_test(test), encoding="utf-8")
 
 
 def _found(source: str | Path) -> BendingTest:
@@ -59,34 +82,6 @@ def _found(source: str | Path) -> BendingTest:
         found: BendingTest = sys.modules["ramiefenics"].published_test(text)  # it imports this file
         return found
     return read_test(source)
-
-
-def _whole(test: BendingTest, name: str, value: Any) -> str:
-    """Return the full dotted key that a name is the last part of."""
-    fitting = sorted({key for key in _keys(test) if f".{key}".endswith(f".{name}")})
-    first = [key for key in fitting if key == name] or fitting
-    if len(first) == 1:
-        return first[0]
-    shown = to_dict(value) if isinstance(value, (str, int, float, bool)) else str(value)
-    if not fitting:
-        raise SpecificationError(name, shown, "is not the name of any key")
-    allowed = f"is ambiguous; nest it, as in TOML, to name one of {', '.join(fitting)}"
-    raise SpecificationError(name, shown, allowed)
-
-
-def _keys(test: BendingTest) -> Iterator[str]:
-    """Yield the dotted keys of all values and tables, with entries of lists by name."""
-    data = to_dict(test)
-    for key in keys():
-        path, _, rest = key.path.partition(".NAME")
-        if not rest:
-            yield path
-            continue
-        entries = data
-        for part in path.split("."):
-            entries = entries.get(part, {})
-        for label in labels(entries) if isinstance(entries, list) else ():
-            yield f"{path}.{label}{rest}"
 
 
 def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
@@ -102,8 +97,7 @@ def _in_unit(key: str, value: Any) -> Any:
     """Return a Pint quantity as a number in the unit of the key; anything else unchanged."""
     if not (hasattr(value, "magnitude") and hasattr(value, "to")):
         return value
-    unit = next((unit for unit in UNITS if key.endswith(f"_{unit}")), "")
-    asked = re.sub(r"^per_", "1/", unit).replace("_per_", "/").replace("cm3", "cm^3")
+    asked = unit_of(key).replace("cm3", "cm^3")
     try:
         return float(value.to(asked or "dimensionless").magnitude)
     except Exception as error:  # those of Pint, which need not be installed

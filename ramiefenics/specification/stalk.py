@@ -85,9 +85,11 @@ class Stalk:
         side is stiffer and the other softer, the force does not change to first order.
     reference_position_mm
         Position on the plant where the moduli are the given ones.
-    place_mm, place_factor
-        Positions on the plant, ascending, and a factor on all moduli of all layers at each; linear
-        in between, constant beyond.
+    place_mm
+        Positions on the plant, ascending, for which `place_factor` states factors.
+    place_factor
+        Factors on all moduli of all layers at the positions `place_mm`; linear in between, constant
+        beyond.
     moisture
         Mass of water over dry mass.
     moisture_softening

@@ -23,10 +23,6 @@ SHADES = mpl.colormaps["viridis_r"]
 
 DASHES = ("-", "--", ":", "-.")
 
-PLACES: tuple[Literal["outside right upper", "outside right lower"], ...]
-PLACES = ("outside right upper", "outside right lower")
-"""Positions of the legends."""
-
 MOST_NAMED = 10
 """Largest number of entries in a legend."""
 
@@ -53,11 +49,11 @@ def curves_figure(found: Sweep) -> Figure:
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
         lines = [Line2D([], [], color=colour) for colour in colours.values()]
-        parts = [(first, lines, [_text(value) for value in colours])]
+        parts = [(_label(found, first), lines, [_text(value) for value in colours])]
         if others:
             lines = [Line2D([], [], color=GREY, ls=dash) for dash in dashes.values()]
-            parts.append((others[0], lines, [_text(value) for value in dashes]))
-        _legends(figure, *parts)
+            parts.append((_label(found, others[0]), lines, [_text(value) for value in dashes]))
+        _legend(figure, *parts)
     return figure
 
 
@@ -75,9 +71,16 @@ def force_figure(found: Sweep) -> Figure:
             axes.plot(at, group["max_force_N"], "o-" if numbers else "o", color=colours[value])
         if others:
             lines = [Line2D([], [], color=colour, marker="o") for colour in colours.values()]
-            _legends(figure, (others[0], lines, [_text(value) for value in colours]))
-        axes.set(xlabel=label_of(first), ylabel="Maximum force (N)")
+            title = _label(found, others[0])
+            _legend(figure, (title, lines, [_text(value) for value in colours]))
+        axes.set(xlabel=_label(found, first), ylabel="Maximum force (N)")
     return figure
+
+
+def _label(found: Sweep, key: str) -> str:
+    """Return a label of a key, with its place if another key has the same last part."""
+    place = found.names[key].rpartition(".")[0]
+    return f"{label_of(key)}, {place}" if place else label_of(key)
 
 
 def _colours(values: pd.Series) -> dict[object, str]:
@@ -86,21 +89,16 @@ def _colours(values: pd.Series) -> dict[object, str]:
     return {value: to_hex(SHADES(0.15 + 0.85 * n / last)) for n, value in enumerate(distinct)}
 
 
-def _legends(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]) -> None:
-    """Put one or two legends beside the axes."""
-    for (key, handles, labels), where in zip(parts, PLACES, strict=False):
+def _legend(figure: Figure, *parts: tuple[str, Sequence[Artist], Sequence[str]]) -> None:
+    """Put a legend beside the axes, of one or two parts with their titles above."""
+    entries: list[tuple[Artist, str]] = []
+    for title, handles, labels in parts:
         last, number = len(labels) - 1, min(len(labels), MOST_NAMED)
         chosen = [round(k) for k in np.linspace(0, last, number)]  # includes the first and the last
-        figure.legend(
-            [handles[k] for k in chosen],
-            [labels[k] for k in chosen],
-            title=label_of(key),
-            loc=where,
-            alignment="left",
-            fontsize=8,
-            title_fontsize=8,
-            frameon=False,
-        )
+        entries.append((Line2D([], [], ls="none"), title))
+        entries += [(handles[k], labels[k]) for k in chosen]
+    where: Literal["outside right upper"] = "outside right upper"
+    figure.legend(*zip(*entries, strict=True), loc=where, fontsize=8)
 
 
 def _text(value: object) -> str:

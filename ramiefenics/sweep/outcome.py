@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,6 +22,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NUMBERS = ("max_force_N", "displacement_at_max_mm", "slope_N_per_mm")
+NOT_KEYS = (*NUMBERS, "still_rising", "ending")
+"""Columns of the table of runs beside the keys."""
+
+DIGITS = re.compile(r"\d[\d.,]*(e[+-]?\d+)?")
+"""Numbers, in which notes on several runs may differ that say the same."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,8 +38,10 @@ class Sweep(Result):
     test
         The specification before any value was changed.
     runs
-        One row per run: the varied values, by key, ``max_force_N``, ``displacement_at_max_mm``,
-        ``slope_N_per_mm`` (NaN if the run ended while the force still rose) and ``ending``.
+        One row per run: the given values, by key, ``max_force_N``, ``displacement_at_max_mm``,
+        ``slope_N_per_mm`` (NaN if the run ended early while the force still rose),
+        ``still_rising`` (whether the force still rises at the largest travel; None if the run
+        failed) and ``ending``.
     done
         The simulations, in the same order; None where one failed.
     """
@@ -42,15 +51,25 @@ class Sweep(Result):
     done: tuple[KeptRun | None, ...]
 
     @property
+    def given(self) -> list[str]:
+        """Keys of all given values."""
+        return [str(name) for name in self.runs if name not in NOT_KEYS]
+
+    @property
     def keys(self) -> list[str]:
-        """Keys of the varied values."""
-        return [str(name) for name in self.runs if name not in (*NUMBERS, "ending")]
+        """Keys with more than one value; all given keys if there is none."""
+        return [key for key in self.given if self.runs[key].nunique() > 1] or self.given
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Shortest ends of the given keys that are unique among them, by key."""
+        return {key: _shortest(key, self.given) for key in self.given}
 
     @property
     def title(self) -> str:
         """Title of the sweep."""
-        names = [key.rpartition(".")[2] for key in self.keys]
-        return f"Sweep over {' and '.join(names)}, {len(self.runs)} runs"
+        names, number = " and ".join(self.names[key] for key in self.keys), len(self.runs)
+        return f"Sweep over {names}, {number} run{'' if number == 1 else 's'}"
 
     @property
     def completed(self) -> bool:
@@ -64,22 +83,45 @@ class Sweep(Result):
             return ["No run has a force maximum."]
         extremes = (int(np.nanargmin(force)), int(np.nanargmax(force)))
         ends = (f"{force[n]:.4g} N ({self._where(n)})" for n in extremes)
-        return [f"The maximum force ranges from {' to '.join(ends)}."]
+        told = [f"The maximum force ranges from {' to '.join(ends)}."]
+        if rising := int((self.runs["still_rising"] == True).sum()):  # noqa: E712  None if failed
+            told.append(
+                f"In {rising} of {len(self.runs)} runs the force still rises at the end "
+                "(still_rising): their maxima are lower bounds."
+            )
+        return told
 
     def notes(self) -> list[str]:
-        """Return which runs ended early, and in which the stalk jumps."""
-        ends = self.runs["ending"]
-        told = [f"{self._where(n)}: {why}" for n, why in enumerate(ends) if why != "completed"]
-        jumps = [n for n, run in enumerate(self.done) if run is not None and run.result.jumps]
-        return told + [f"{self._where(n)}: the stalk jumps" for n in jumps]
+        """Return the notes of all runs, each once, and which runs failed."""
+        runs: dict[str, list[int]] = {}
+        first: dict[str, str] = {}
+        for number, run in enumerate(self.done):
+            ending = str(self.runs["ending"][number])
+            for note in [ending] if run is None else run.result.notes():
+                what = DIGITS.sub("", note)
+                first.setdefault(what, note)
+                runs.setdefault(what, []).append(number)
+        return [
+            f"{self._where(numbers[0])}: {first[what]}{self._others(numbers[1:])}"
+            for what, numbers in runs.items()
+        ]
+
+    def _others(self, numbers: list[int]) -> str:
+        """Return in which other runs a note is alike."""
+        if not numbers:
+            return ""
+        if len(numbers) + 1 == len(self.done):
+            return " (alike in all other runs)"
+        listed = ", ".join(map(str, numbers))
+        return f" (alike in run{'' if len(numbers) == 1 else 's'} {listed}, counted from 0)"
 
     def _where(self, number: int) -> str:
         row = self.runs.iloc[number]
-        return ", ".join(f"{key.rpartition('.')[2]} = {row[key]}" for key in self.keys)
+        return ", ".join(f"{self.names[key]} = {row[key]}" for key in self.keys)
 
     def overview(self) -> pd.DataFrame:
         """Return the first 30 runs."""
-        return self.runs.head(30).rename(columns=lambda name: str(name).rpartition(".")[2])
+        return self.runs.head(30).rename(columns=self.names)
 
     def numbers(self) -> dict[str, Any]:
         """Return the runs and the specification."""
@@ -116,11 +158,11 @@ class Sweep(Result):
             else np.interp(at, curve["displacement_mm"], curve["force_N"], right=math.nan)
             for curve in curves
         ]
-        values = [list(dict.fromkeys(self.runs[key])) for key in self.keys]
+        values = [list(dict.fromkeys(self.runs[key])) for key in self.given]
         return xr.DataArray(
             np.reshape(force, [*map(len, values), len(at)]),
-            dict(zip([*self.keys, "displacement_mm"], [*values, at], strict=True)),
-            [*self.keys, "displacement_mm"],
+            dict(zip([*self.given, "displacement_mm"], [*values, at], strict=True)),
+            [*self.given, "displacement_mm"],
             "force_N",
             {"units": "N"},
         )
@@ -137,10 +179,19 @@ class Sweep(Result):
         }
         if len(self.keys) <= 2 and self.runs[self.keys[0]].nunique() > 1:
             drawn["max_force"] = Picture(
-                partial(figures.force_figure, self), "Maximum force of all runs."
+                partial(figures.force_figure, self),
+                f"Maximum force on the indenter in all runs, against {self.keys[0]}.",
             )
         return drawn
 
     def specifications(self) -> dict[str, BendingTest]:
         """Return the specification before any value was changed."""
         return {"specification": self.test}
+
+
+def _shortest(key: str, keys: Sequence[str]) -> str:
+    """Return the shortest end of a dotted key with which no other key ends."""
+    parts = key.split(".")
+    ends = [".".join(parts[-number:]) for number in range(1, len(parts) + 1)]
+    unique = (e for e in ends if sum(f".{other}".endswith(f".{e}") for other in keys) == 1)
+    return next(unique, key)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ import pandas as pd
 
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
-from ramiefenics.specification import SpecificationError, override
-from ramiefenics.specification.files import parse_value
+from ramiefenics.specification import BendingTest, SpecificationError, override
+from ramiefenics.specification.files import parse_value, to_dict, whole_key
 from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
@@ -31,6 +31,7 @@ def sweep(
     executor: Executor | None = None,
     folder: Path | None = None,
     on_done: Callable[[int], None] | None = None,
+    **changes: Any,
 ) -> Sweep:
     """Simulate a test with all combinations of given values.
 
@@ -39,10 +40,12 @@ def sweep(
     test
         The specification to start from, its file, or the name of a published one.
     values
-        Values to try, by dotted key, as for `override`.
+        Values to try, by key, as for `override`: ``{"indenter_radius_mm": [5, 10]}``.
     executor, folder, on_done
         Executor of the simulations, folder in which they are kept, and callback on progress: see
         `Runs`.
+    changes
+        Changes to the specification to start from, see `as_test`.
 
     Raises
     ------
@@ -52,10 +55,11 @@ def sweep(
     KeyboardInterrupt
         If the user interrupts the sweep; finished simulations are kept.
     """
-    test = as_test(test)
+    test = as_test(test, **changes)
     number = math.prod(map(len, values.values()))
     if not values or not 0 < number <= MOST:
         raise SpecificationError("sweep", number, f"must be 1 to {MOST} runs")
+    _check_distinct(test, values)
     chosen = list(itertools.product(*values.values()))
     tests = [override(test, dict(zip(values, row, strict=True))) for row in chosen]
     for changed in tests:
@@ -64,6 +68,35 @@ def sweep(
     table = pd.DataFrame(chosen, columns=list(values))
     numbers = pd.DataFrame([_row(one) for one in done])
     return Sweep(test, pd.concat([table, numbers], axis=1), tuple(one.value for one in done))
+
+
+def _check_distinct(test: BendingTest, values: Mapping[str, Sequence[Value]]) -> None:
+    """Check that no key is given both in short and as a whole."""
+    data, names = to_dict(test), dict[str, str]()
+    for name, some in values.items():
+        key = whole_key(data, name, some[0])
+        if key in names:
+            allowed = f"must not be given twice: {names[key]} is the same key"
+            raise SpecificationError(name, list(some), allowed)
+        names[key] = name
+
+
+def values_by_key(assignments: Iterable[str]) -> dict[str, tuple[Value, ...]]:
+    """Return the values of several assignments by key, see `values_of`.
+
+    Raises
+    ------
+    SpecificationError
+        If an assignment is malformed, or a key is given twice.
+    """
+    values: dict[str, tuple[Value, ...]] = {}
+    for assignment in assignments:
+        key, some = values_of(assignment)
+        if key in values:
+            allowed = f"must not be given twice; list all values at once, as in {key}=1,2"
+            raise SpecificationError("--set", assignment, allowed)
+        values[key] = some
+    return values
 
 
 def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
@@ -98,12 +131,14 @@ def _parsed(text: str) -> Value:
 
 def _row(done: Done[KeptRun]) -> dict[str, Any]:
     if done.value is None:
-        return dict.fromkeys(NUMBERS, math.nan) | {"ending": f"failed: {done.error}"}
+        failed = {"still_rising": None, "ending": f"failed: {done.error}"}
+        return dict.fromkeys(NUMBERS, math.nan) | failed
     result = done.value.result
     known = result.completed or result.has_force_maximum  # otherwise the force still rose
     return {
         "max_force_N": result.max_force_N if known else math.nan,
         "displacement_at_max_mm": result.displacement_at_max_mm if known else math.nan,
         "slope_N_per_mm": result.slope_N_per_mm if known else math.nan,
+        "still_rising": not result.has_force_maximum,
         "ending": "completed" if result.completed else result.ending.reason,
     }

@@ -25,9 +25,11 @@ class Observation:
         Name in tables and in splits.
     baseline
         Name of a published test, or path of a specification relative to the study's folder.
-    measured, error
-        Measured value of the response, and its standard error as a measurement of what the
-        specification describes: for a single stalk, the standard deviation between stalks.
+    measured
+        Measured value of the response.
+    error
+        Standard error of that value as a measurement of what the specification describes; for a
+        single stalk, the standard deviation between stalks.
     dataset
         Instead of these two, a folder of measured data, relative to that of the study; its mean
         over the specimens is used.
@@ -62,8 +64,10 @@ class Split:
     ----------
     title
         Short title.
-    on, predict
-        Names of the observations; by default all those that are not in `on` are predicted.
+    on
+        Names of the observations on which the factors are calibrated.
+    predict
+        Names of the observations that are predicted; by default all those that are not in `on`.
     """
 
     title: str
@@ -106,9 +110,12 @@ class ValidationStudy:
         Changes to all baselines, each of the form ``key=value``.
     mesh
         Name of the mesh recipe of the simulations; by default that of each baseline.
-    design, model, selection
-        Design that is run for each observation, and model and rule of selection of the response
-        surfaces, as in `Study`.
+    design
+        Design that is run for each observation, as in `Study`.
+    model
+        Model of the response surfaces, as in `Study`.
+    selection
+        Rule by which terms of the response surfaces are selected, as in `Study`.
     folder
         Folder that paths are relative to.
     """

@@ -25,7 +25,7 @@ def validate(
     study: ValidationStudy | str | Path = "published",
     executor: Executor | None = None,
     folder: Path | None = None,
-    on_stage: Callable[[str, int], None] = lambda name, expected: None,
+    on_stage: Callable[[str, int], None] | None = None,
     on_done: Callable[[int], None] | None = None,
 ) -> Validation:
     """Calibrate on some observations, predict others, and compare with the measurements.
@@ -49,6 +49,7 @@ def validate(
     KeyboardInterrupt
         If the user interrupts the validation; finished simulations are kept.
     """
+    on_stage = on_stage or (lambda name, expected: None)
     study = study if isinstance(study, ValidationStudy) else read_validation(study)
     parts = {observation.name: study.of(observation) for observation in study.observations}
     targets = {name: part.targets() for name, part in parts.items()}

@@ -273,7 +273,7 @@ def penalty() -> Study:
         Plot(
             "penalty (N/mm3)",
             "difference to Nitsche's force, relative",
-            (Series("penalty", PENALTIES, gaps, points=True),),
+            (Series("penalty", PENALTIES, gaps, points=True, slope=-1),),
             log=True,
         ),
     )

@@ -17,8 +17,7 @@ from ramiefenics.verification.study import Study
 
 NAME = "verification"
 
-HEAD = """# Verification
-
+HEAD = """\
 Every claim of the solver, with the command that checks it: `./run ramiefenics verify NAME`, or
 `./run ramiefenics verify --out docs` for all of them, which wrote this page. The tests run all
 studies, and also check energy, stress and tangent of the laws against finite differences, their
@@ -27,8 +26,8 @@ linearisation against the stiffness, and objectivity (`tests/test_laws.py`); jum
 [convergence.md](convergence.md) describes how the results depend on mesh and steps. In
 [explicit.md](explicit.md) a second solver, with inertia and explicit time steps, checks the whole
 curve.
-
 """
+"""Introduction to the page of all studies."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,9 +44,14 @@ class Verification(Result):
     """
 
     PLACE: ClassVar[str] = NAME
-    title: ClassVar[str] = "Verification"
 
     studies: Mapping[str, Study]
+
+    @property
+    def title(self) -> str:
+        """Title of the only study; otherwise that of all."""
+        titles = [study.title for study in self.studies.values()]
+        return titles[0] if len(titles) == 1 else "Verification"
 
     @property
     def completed(self) -> bool:
@@ -103,14 +107,25 @@ class Verification(Result):
         """Write `verification.md`."""
         (folder / f"{NAME}.md").write_text(self.markdown(), encoding="utf-8")
 
+    def _has_all(self) -> bool:
+        """Return whether it has all studies that there are."""
+        from ramiefenics.verification import STUDIES  # which imports this file
+
+        return set(self.studies) == set(STUDIES)
+
     def markdown(self) -> str:
         """Return the page in Markdown."""
         used = ", ".join(f"{package} {version}" for package, version in versions().items())
         links = {n: f"[{n}](#{_anchor(study.title)})" for n, study in self.studies.items()}
         claims = self.claims().replace({"study": links, "holds": {"no": "**no**"}})
-        parts = [HEAD + f"Versions: {used}.\n", markdown(claims)]
+        parts = [f"# {self.title}\n"]
+        if self._has_all():
+            parts.append(HEAD)
+        parts += [f"Versions: {used}.\n", markdown(claims)]
         for name, study in self.studies.items():
-            parts += [f"## {study.title}\n", f"`./run ramiefenics verify {name}`. {study.text}\n"]
+            if len(self.studies) > 1:
+                parts.append(f"## {study.title}\n")
+            parts += [f"`./run ramiefenics verify {name}`. {study.text}\n"]
             if study.plot is not None:
                 parts.append(f"![{study.title}]({NAME}/{name}.png)\n")
             if not study.table.empty:

@@ -37,6 +37,7 @@ def limits(law: str, material: Material) -> Array:
 def stability() -> Study:
     """Map where all laws lose ellipticity, with the constants of the phloem or its matrix."""
     lost = {law: limits(law, list(layers.values())[-1]) for law, layers in MATERIALS.items()}
+    never = [law for law, values in lost.items() if np.isnan(values).all()]
     elastic = PHLOEM.elastic
     collapse = float(STRETCHES[lost["svk"] == 0.0].max())
     kink = elastic.G_XZ_MPa / elastic.E_Z_MPa
@@ -76,8 +77,8 @@ def stability() -> Study:
             "transverse stretch",
             "axial compression where ellipticity is lost",
             tuple(
-                Series(law if np.isfinite(values).any() else f"{law}: nowhere", STRETCHES, values)
-                for law, values in lost.items()
+                Series(law, STRETCHES, values) for law, values in lost.items() if law not in never
             ),
+            note=f"Nowhere: {', '.join(never)}",
         ),
     )

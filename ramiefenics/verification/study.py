@@ -83,12 +83,15 @@ class Series:
         Coordinates, shape (n,).
     points
         Whether to draw markers only; otherwise a line is drawn.
+    slope
+        Slope that theory gives in a logarithmic plot; a line of it is drawn through the last point.
     """
 
     label: str
     x: Sequence[float] | Array | pd.Series[Any]
     y: Sequence[float] | Array | pd.Series[Any]
     points: bool = False
+    slope: float | None = None
 
 
 @dataclass(frozen=True)
@@ -103,12 +106,15 @@ class Plot:
         Series to draw.
     log
         Whether both axes are logarithmic.
+    note
+        Text above the plot.
     """
 
     x_label: str
     y_label: str
     series: tuple[Series, ...]
     log: bool = False
+    note: str = ""
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def tangent() -> Study:
         Plot(
             "disturbance (mm)",
             "remainder (N)",
-            (Series("remainder", SIZES, norms, points=True),),
+            (Series("remainder", SIZES, norms, points=True, slope=2),),
             log=True,
         ),
     )

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ramiefenics.measured.readers.base import Reader, read_raw_file
+from ramiefenics.measured.readers.base import OtherFormat, Reader, read_raw_file
 from ramiefenics.measured.readers.columns import COLUMNS
 from ramiefenics.measured.readers.headings import HEADINGS
 from ramiefenics.specification import SpecificationError
@@ -16,23 +16,23 @@ __all__ = ["READERS", "Reader", "find_reader", "guess_reader", "read_raw_file"]
 
 
 def guess_reader(paths: Sequence[str | Path], options: Mapping[str, Any]) -> Reader:
-    """Return the first reader that has the given options and can read the first file.
+    """Return the first reader with the given options to whose format the first file belongs.
 
     Raises
     ------
     SpecificationError
         If there is no file, if no reader has the options, or if none can read the file; the message
-        is then that of the first reader with the options.
+        is that of the reader of its format, or else of the first reader with the options.
     """
     if not paths:
         raise SpecificationError("raw", None, "must name at least one file")
-    refused = None
+    refused: SpecificationError | None = None
     for reader in READERS.values():
         if set(options) <= set(reader.options):
             try:
                 read_raw_file(reader, Path(paths[0]), options)
                 return reader
-            except SpecificationError as error:
+            except OtherFormat as error:
                 refused = refused or error
     raise refused or SpecificationError("options", ", ".join(options), "must all be of one format")
 

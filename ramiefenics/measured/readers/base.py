@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,10 @@ import numpy as np
 
 from ramiefenics.measured.raw import RawCurve, tidy
 from ramiefenics.specification import SpecificationError
+
+
+class OtherFormat(SpecificationError):
+    """A file that is not of a reader's format, so that another may be tried."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +29,17 @@ class Reader:
     files
         Origin of files of this format, one sentence.
     read
-        Function from a path to a `RawCurve` as recorded, in mm, N and s. Afterwards `tidy` corrects
-        signs, cuts off the unloading, and refuses what is not a record of a bending test. The
-        keyword arguments are the options of the format; of these the command line has ``columns``,
-        ``speed_mm_per_min`` and ``rate_Hz``. Raises `SpecificationError` on a file that it cannot
-        read.
+        Function from a path to a `RawCurve` as recorded, in mm, N and s, or to a list of them if a
+        file may have several specimens. Afterwards `tidy` corrects signs, cuts off the unloading,
+        and refuses what is not a record of a bending test. The keyword arguments are the options of
+        the format; of these the command line has ``columns``, ``speed_mm_per_min`` and ``rate_Hz``.
+        Raises `SpecificationError` on a file that it cannot read, and `OtherFormat` if another
+        reader may be able to.
     """
 
     name: str
     files: str
-    read: Callable[..., RawCurve]
+    read: Callable[..., RawCurve | Sequence[RawCurve]]
 
     def __post_init__(self) -> None:
         """Check the name."""
@@ -60,8 +65,8 @@ class Reader:
                 raise SpecificationError(name, value, allowed)
 
 
-def read_raw_file(reader: Reader, path: Path, options: Mapping[str, Any]) -> RawCurve:
-    """Return the contents of a file, with compression positive and without unloading.
+def read_raw_file(reader: Reader, path: Path, options: Mapping[str, Any]) -> list[RawCurve]:
+    """Return the curves in a file, with compression positive and without unloading.
 
     Raises
     ------
@@ -69,16 +74,16 @@ def read_raw_file(reader: Reader, path: Path, options: Mapping[str, Any]) -> Raw
         On the first defect, with file, row and remedy in the message; also if the reader fails.
     """
     try:
-        raw = reader.read(path, **options)
-        if isinstance(raw, RawCurve):
-            raw = replace(raw, curve=raw.curve.astype(np.float64))
+        read = reader.read(path, **options)
+        curves = [read] if isinstance(read, RawCurve) else [*read]
+        curves = [replace(raw, curve=raw.curve.astype(np.float64)) for raw in curves]
     except SpecificationError:
         raise
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
         allowed = f"cannot be read by the reader {reader.name} ({reason})"
         raise SpecificationError("file", str(path), allowed) from error
-    if not isinstance(raw, RawCurve) or not {"displacement_mm", "force_N"} <= {*raw.curve}:
+    if not curves or not all({"displacement_mm", "force_N"} <= {*raw.curve} for raw in curves):
         allowed = "must return a RawCurve with displacement_mm and force_N"
         raise SpecificationError(f"reader {reader.name}", None, allowed)
-    return tidy(raw)
+    return [tidy(raw) for raw in curves]

@@ -30,8 +30,14 @@ class Constant:
         Unit, ``1`` for a pure number.
     default
         Value for layers that do not state one; None if every layer must.
-    above, at_least, below, at_most
-        Bounds of the value.
+    above
+        Lower bound, itself excluded.
+    at_least
+        Lower bound, itself allowed.
+    below
+        Upper bound, itself excluded.
+    at_most
+        Upper bound, itself allowed.
     """
 
     name: str
