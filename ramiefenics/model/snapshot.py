@@ -116,7 +116,8 @@ class Camera:
         """
         solid, obstacles = self._problem.solid, self._problem.contact.obstacles
         cylinders = self._problem.test.fixture.cylinders
-        of_cell = np.zeros(len(solid.own_cells), dtype=np.int8)
+        topology = solid.mesh.topology  # whose cells may include those of a bond between layers
+        of_cell = np.zeros(topology.index_map(topology.dim).size_local, dtype=np.int8)
         for obstacle in obstacles:
             cells = within_cells(solid.mesh, obstacle.facets)[:, 0]
             of_cell[cells] = cylinders.index(obstacle.cylinder)
