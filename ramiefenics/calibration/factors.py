@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramiefenics.results.text import unit_of
 from ramiefenics.specification import BendingTest, SpecificationError, override
 from ramiefenics.specification.checks import check_choice, check_number
+from ramiefenics.specification.explained import unit_of
 from ramiefenics.specification.files import value_at
 
 Array = NDArray[np.float64]

@@ -94,7 +94,8 @@ def _compiler() -> Finding:
 
 def _blas() -> Finding:
     """Find the libraries for linear algebra that this process has loaded with NumPy."""
-    loaded = Path("/proc/self/maps").read_text(encoding="utf-8")
+    maps = Path("/proc/self/maps")
+    loaded = maps.read_text(encoding="utf-8") if maps.exists() else ""  # it does on Linux only
     names = set(
         re.findall(r"/(lib(?!sca)[^/\n]*(?:blas|lapack|mkl)[^/\n]*)$", loaded, re.MULTILINE)
     )

@@ -148,11 +148,10 @@ def find_summary(folder: Path) -> tuple[Path, dict[str, Any]]:
             told = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        if isinstance(told, dict) and set(OWN) <= set(told):
-            told["folder"].setdefault("place", ".")  # as in folders of earlier versions
-            told["folder"].setdefault("summary", path.name)
-            if path.parent in (folder, folder / told["folder"]["place"]):
-                return path.parent, told
+        if not isinstance(told, dict) or not set(OWN) <= set(told):
+            continue
+        if path.parent in (folder, folder / told["folder"]["place"]):
+            return path.parent, told
     allowed = "must be a folder of results that ramiefenics has written"
     raise SpecificationError("folder", str(folder), allowed)
 

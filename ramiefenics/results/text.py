@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
 
+from ramiefenics.specification.explained import ENDING, unit_of
+
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """First characters by which spreadsheets recognise a formula."""
-
-ENDING = re.compile(
-    "_((?:(?:N|g|mm)_)?per_(?:mm|N|MPa|s|m|cm3)|Nmm|mm3|cm|mm|MPa|N|deg|s|percent)$"
-)
-"""End of a name that states a unit."""
 
 SPELLINGS = {"Nmm": "N mm", "percent": "%", "cpu": "CPU", "anova": "ANOVA", "f": "F"}
 """Spellings of parts of names."""
@@ -36,16 +32,9 @@ def cells(data: pd.DataFrame, digits: int = 4) -> pd.DataFrame:
     return data.astype(object).map(cell)
 
 
-def unit_of(key: str) -> str:
-    """Return the unit that a key ends with; empty if it has none."""
-    found = ENDING.search(key)
-    unit = re.sub("^per_", "1/", found[1]).replace("_per_", "/") if found else ""
-    return SPELLINGS.get(unit, unit)
-
-
 def words_of(name: str) -> str:
     """Return the name of a column or table as words, with its unit in brackets."""
-    unit = unit_of(name)
+    unit = SPELLINGS.get(unit_of(name), unit_of(name))
     words = (SPELLINGS.get(word, word) for word in ENDING.sub("", name).split("_"))
     return f"{' '.join(words)} ({unit})" if unit else " ".join(words)
 

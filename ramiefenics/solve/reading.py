@@ -77,15 +77,12 @@ def read_bend(folder: str | Path) -> BendingResult:
 
 def _pictures(folder: Path, told: dict[str, Any]) -> dict[str, Picture]:
     """Return the stored figures of the snapshots; those of curves can be drawn anew."""
-    captions = told.get("folder", {}).get("figures", {})
-    return stored_pictures(
-        folder,
-        {
-            name: caption
-            for name, caption in captions.items()
-            if name not in ("curve", "curves") and (folder / f"{name}.png").is_file()
-        },
-    )
+    kept = {
+        name: caption
+        for name, caption in told["folder"]["figures"].items()
+        if name not in ("curve", "curves") and (folder / f"{name}.png").is_file()
+    }
+    return stored_pictures(folder, kept)
 
 
 def _result(test: BendingTest, curve: pd.DataFrame, told: dict[str, Any]) -> BendingResult:

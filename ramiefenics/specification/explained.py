@@ -32,11 +32,10 @@ HEAD = """\
 """
 """Comment at the top of an explained specification."""
 
-UNITS = (
-    *("mm_per_MPa", "N_per_mm", "mm_per_N", "mm_per_s", "g_per_cm3", "per_m"),
-    *("mm", "MPa", "N", "s", "deg"),
+ENDING = re.compile(
+    "_((?:(?:N|g|mm)_)?per_(?:mm|N|MPa|s|m|cm3)|Nmm|mm3|cm|mm|MPa|N|deg|s|percent)$"
 )
-"""Units as they end the names of keys."""
+"""End of a name that states a unit."""
 
 SYMBOLS = {
     "E_X_MPa": "E_X",
@@ -110,7 +109,8 @@ def keys(cls: Any = BendingTest, inside: str = "") -> Iterator[Key]:
 
 def unit_of(key: str) -> str:
     """Return the unit that the name of a key ends with; empty if it has none."""
-    unit = next((unit for unit in UNITS if key.endswith(f"_{unit}")), "")
+    found = ENDING.search(key)
+    unit = found[1] if found else ""
     return re.sub(r"^per_", "1/", unit).replace("_per_", "/")
 
 

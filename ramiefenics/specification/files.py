@@ -257,22 +257,16 @@ def override(test: BendingTest, changes: Iterable[str] | Mapping[str, Any]) -> B
     SpecificationError
         If a key is unknown or ambiguous, or a value is refused.
     """
+    from ramiefenics.specification.short_keys import full_key  # which imports this file
+
     data, touched = to_dict(test), set()
     pairs = changes.items() if isinstance(changes, Mapping) else map(_assignment, changes)
     for name, value in pairs:
-        key = whole_key(data, name, value)
+        key = full_key(data, name, value)
         _assign(data, BendingTest, key, value)
         touched.add(key.partition(".")[0])
     kept = {name: getattr(test, name) for name in data if name not in touched}
     return test_from_dict(data | kept)
-
-
-def whole_key(data: Mapping[str, Any], name: str, value: Any) -> str:
-    """Return the whole dotted key for a name as `override` takes it; see `full_key`."""
-    from ramiefenics.specification.short_keys import full_key  # which imports this file
-
-    whole = name.partition(".")[0] in _names(BendingTest)
-    return name if whole else full_key(data, name, value)
 
 
 def merged(test: BendingTest, changes: Mapping[str, Any]) -> BendingTest:

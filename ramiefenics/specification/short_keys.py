@@ -20,7 +20,7 @@ def full_key(data: Mapping[str, Any], name: str, value: Any) -> str:
     data
         Specification as nested mappings, whose lists tell the labels that keys contain.
     name
-        Last part of a key, or all of it.
+        Last part of a key, or all of it, which is not checked.
     value
         Value that is to be set, for messages.
 
@@ -29,11 +29,12 @@ def full_key(data: Mapping[str, Any], name: str, value: Any) -> str:
     SpecificationError
         If no key ends like this, or if several do.
     """
+    if name.partition(".")[0] in data:
+        return name
     every = set(_keys(data))
-    fitting = sorted(key for key in every if f".{key}".endswith(f".{name}"))
-    first = [key for key in fitting if key == name] or fitting
-    if len(first) == 1:
-        return first[0]
+    fitting = sorted(key for key in every if key.endswith(f".{name}"))
+    if len(fitting) == 1:
+        return fitting[0]
     shown = to_dict(value) if isinstance(value, (str, int, float, bool)) else str(value)
     if not fitting:
         alike = every if "." in name else {key.rpartition(".")[2] for key in every}

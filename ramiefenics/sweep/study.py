@@ -15,7 +15,8 @@ import pandas as pd
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
 from ramiefenics.specification import BendingTest, SpecificationError, override
-from ramiefenics.specification.files import parse_value, to_dict, whole_key
+from ramiefenics.specification.files import parse_value, to_dict
+from ramiefenics.specification.short_keys import full_key
 from ramiefenics.specification.sources import Source, as_test
 from ramiefenics.sweep.outcome import NUMBERS, Sweep
 
@@ -74,7 +75,7 @@ def _check_distinct(test: BendingTest, values: Mapping[str, Sequence[Value]]) ->
     """Check that no key is given both in short and as a whole."""
     data, names = to_dict(test), dict[str, str]()
     for name, some in values.items():
-        key = whole_key(data, name, some[0])
+        key = full_key(data, name, some[0])
         if key in names:
             allowed = f"must not be given twice: {names[key]} is the same key"
             raise SpecificationError(name, list(some), allowed)
