@@ -48,7 +48,7 @@ def test_a_machine_that_beds_in_is_learned_and_named(tmp_path: Path) -> None:
     assert found.verdict == "unknown"
     anatomy = found.anatomy
     assert anatomy is not None
-    assert anatomy.believed
+    assert anatomy.supported
     assert anatomy.place.name == "machine"
     assert anatomy.probability["machine"] > 0.95
     truth = BEDDING.apply(anatomy.test, 0.06).machine.deflection_mm(anatomy.place.at)

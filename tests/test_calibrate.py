@@ -128,7 +128,7 @@ def test_a_known_stalk_is_found_again(
 ) -> None:
     study = study_file(tmp_path, targets(truth, 0.02))
     told: list[int] = []
-    found = calibrate(study, threads, tmp_path / "runs", on_done=told.append)
+    found = calibrate(study, rf.Runs(tmp_path / "runs", threads, told.append))
     assert found.completed
     assert found.fit is not None
     assert found.fit.optimum.met
@@ -140,7 +140,7 @@ def test_a_known_stalk_is_found_again(
     assert sum(told) == len(pretended.asked) == 9 + 1  # the centre runs once; a confirmation
     assert found.campaign.distinct == 9
     assert len(found.runs) == 4 + 4 + 3
-    again = calibrate(study, threads, tmp_path / "runs")
+    again = calibrate(study, rf.Runs(tmp_path / "runs", threads))
     assert len(pretended.asked) == 10  # nothing was simulated twice
     assert again.campaign.simulated == 0
     pd.testing.assert_frame_equal(again.runs, found.runs)
@@ -150,7 +150,9 @@ def test_one_number_leaves_both_parameters_open(
     truth: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
     one = targets(truth, 20.0).split("[[responses]]")[2]
-    found = calibrate(study_file(tmp_path, f"[[responses]]{one}"), threads, tmp_path / "runs")
+    found = calibrate(
+        study_file(tmp_path, f"[[responses]]{one}"), rf.Runs(tmp_path / "runs", threads)
+    )
     assert found.fit is not None
     # each changes the force at 14 mm by about 30 N to either side of the middle
     assert [p.verdict for p in found.fit.profiles] == ["not determined", "not determined"]
@@ -176,7 +178,7 @@ def test_failing_runs_are_told_and_left_out(
     pretended.fails = lambda test: numbers(test)[0] < 0.07 and numbers(test)[1] < 0.25
     pretended.stops = lambda test: numbers(test)[0] > 0.149
     study = study_file(tmp_path, targets(truth, 0.1))
-    found = calibrate(study, threads, tmp_path / "runs")
+    found = calibrate(study, rf.Runs(tmp_path / "runs", threads))
     assert not found.completed
     endings = found.runs["ending"]
     assert endings[0] == "failed: the solver is out of memory"
@@ -189,12 +191,12 @@ def test_failing_runs_are_told_and_left_out(
     assert found.fit is not None
     assert found.fit.test.fixture.friction.dynamic == pytest.approx(0.11, abs=1e-3)
     pretended.fails = lambda test: False
-    calibrate(study, threads, tmp_path / "runs")
+    calibrate(study, rf.Runs(tmp_path / "runs", threads))
     # the failed runs are tried again, and so is the optimum, which they move; all else is kept
     assert len(pretended.asked) == 9 + 1 + 2
     pretended.fails = lambda test: True
     with pytest.raises(rf.SpecificationError, match="runs with force_2mm_N = 0 must be more than"):
-        calibrate(study, threads, tmp_path / "other")
+        calibrate(study, rf.Runs(tmp_path / "other", threads))
 
 
 @pytest.mark.parametrize("kind", ["plackett_burman", "latin_hypercube", "sobol"])
@@ -202,7 +204,7 @@ def test_other_designs_run_too(
     kind: str, truth: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
     study = study_file(tmp_path, '[[responses]]\nname = "max_force_N"\n', central_composite=kind)
-    found = calibrate(study, threads, tmp_path / "runs")
+    found = calibrate(study, rf.Runs(tmp_path / "runs", threads))
     assert found.fit is None
     assert list(found.surfaces) == ["max_force_N"]
     assert found.findings() == []
@@ -238,7 +240,7 @@ def test_targets_may_come_from_a_data_set(
     assert measured.values == pytest.approx(np.mean(tops, axis=0), rel=1e-4)
     # most of the specimens' scatter is common to both responses, and so is their means' error
     assert measured.covariance == pytest.approx(np.cov(np.array(tops).T) / 8.0, rel=1e-3)
-    found = calibrate(tmp_path / "study.toml", threads, tmp_path / "runs")
+    found = calibrate(tmp_path / "study.toml", rf.Runs(tmp_path / "runs", threads))
     assert found.fit is not None
     assert found.fit.optimum.met
 
@@ -257,7 +259,7 @@ name = "force_14mm_N"
 goal = { kind = "maximum", low = 100.0, high = 400.0 }
 """
     path = study_file(tmp_path, goals, **{"centres = 3": 'centres = 3\nalpha = "face"'})
-    found = calibrate(path, threads, tmp_path / "runs")
+    found = calibrate(path, rf.Runs(tmp_path / "runs", threads))
     assert found.fit is None
     desired = found.desired
     assert desired is not None
@@ -367,7 +369,9 @@ def run_command(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 def test_folder_has_tables_figures_specification_and_report(
     truth: rf.BendingTest, pretended: Pretended, threads: Executor, tmp_path: Path
 ) -> None:
-    found = calibrate(study_file(tmp_path, targets(truth, 0.5)), threads, tmp_path / "runs")
+    found = calibrate(
+        study_file(tmp_path, targets(truth, 0.5)), rf.Runs(tmp_path / "runs", threads)
+    )
     out = rf.write_folder(found, tmp_path / "out")
     runs = pd.read_csv(out / "runs.csv")
     assert len(runs) == 11
@@ -406,7 +410,7 @@ def test_folder_has_tables_figures_specification_and_report(
         assert min(pixels.shape[:2]) > 400
         assert 0.1 < np.all(pixels > 0.99, axis=2).mean() < 0.98
     screening_only = study_file(tmp_path, '[[responses]]\nname = "max_force_N"\n')
-    rf.write_folder(calibrate(screening_only, threads, tmp_path / "runs"), out)
+    rf.write_folder(calibrate(screening_only, rf.Runs(tmp_path / "runs", threads)), out)
     assert not (out / "calibrated.toml").exists()  # old files are removed
 
 
@@ -428,10 +432,10 @@ def test_an_interrupted_campaign_goes_on_where_it_was(real: Path, tmp_path: Path
     design = study.plan()
     short = rf.override(study.test(), ["protocol.travel_mm=0.3"])
     tests = study.space(design).tests(short, design.coded[[0, 8, 8]])
-    before = run_campaign(tests[:1], folder=tmp_path)
+    before = run_campaign(tests[:1], rf.Runs(tmp_path))
     assert before.simulated == 1
     counts: list[int] = []
-    after = run_campaign(tests, folder=tmp_path, on_done=counts.append)
+    after = run_campaign(tests, rf.Runs(tmp_path, on_done=counts.append))
     assert after.simulated == 1  # the first is kept, and the two centres are the same run
     assert counts == [1, 1]
     assert after.outcomes[1] is after.outcomes[2]
@@ -484,7 +488,7 @@ with MPICommExecutor(MPI.COMM_WORLD) as pool:
         study = read_study({str(real / "study.toml")!r})
         design = study.plan()
         tests = study.space(design).tests(study.test(), design.coded[[0, 3, 8]])
-        done = run_campaign(tests, pool, Path({str(tmp_path)!r}) / "runs")
+        done = run_campaign(tests, Runs(Path({str(tmp_path)!r}) / "runs", pool))
         print(done.simulated, *(f"{{o.result.max_force_N:.9e}}" for o in done.outcomes))
 """
     )

@@ -298,6 +298,8 @@ def test_command_resumes_and_writes_what_it_found(
     monkeypatch.setattr(simulation, "simulate", never)
     before = (out / "convergence.csv").read_bytes()
     assert run_command(monkeypatch, *arguments) == 0
+    assert (out / "convergence.csv").read_bytes() == before
+    assert run_command(monkeypatch, *arguments, "--jobs", "2") == 0  # the same runs serve
     assert (out / "convergence.csv").read_bytes() == before  # times included
 
 

@@ -283,3 +283,14 @@ def test_energies_that_do_not_add_up_are_told(bent: BendingResult) -> None:
     wrong = bent.curve.assign(stored_energy_Nmm=0.8 * bent.curve["stored_energy_Nmm"])
     notes = dataclasses.replace(bent, curve=wrong).notes()
     assert any("differs by 20 % from the sum of the energy stored" in note for note in notes)
+
+
+def test_dissipation_that_is_taken_back_is_told(bent: BendingResult) -> None:
+    at = bent.curve["displacement_mm"].to_numpy()
+    spent = 10.0 * np.minimum(at, at[-1] - at)  # up, and down again
+    (note,) = (
+        note
+        for note in dataclasses.replace(bent, curve=bent.curve.assign(dissipated_Nmm=spent)).notes()
+        if "dissipated by the material falls" in note
+    )
+    assert f"until {at[-1]:.2f} mm" in note

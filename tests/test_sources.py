@@ -114,7 +114,9 @@ def test_the_nearest_whole_key_is_told(coarse: rf.BendingTest) -> None:
 def test_studies_take_changes(coarse: rf.BendingTest, tmp_path: Path) -> None:
     values = {"indenter_radius_mm": [4.0, 5.0]}
     with ThreadPoolExecutor(1) as pool:
-        swept = rf.sweep(coarse, values, pool, tmp_path, travel_mm=0.8, support_radius_mm=6.0)
+        swept = rf.sweep(
+            coarse, values, runs=rf.Runs(tmp_path, pool), travel_mm=0.8, support_radius_mm=6.0
+        )
     assert swept.test == rf.as_test(coarse, travel_mm=0.8, support_radius_mm=6.0)
     assert swept.runs["indenter_radius_mm"].tolist() == [4.0, 5.0]
     assert swept.runs["max_force_N"].is_unique

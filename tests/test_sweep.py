@@ -50,8 +50,8 @@ def test_all_combinations_are_simulated_once(
 ) -> None:
     values = {"fixture.indenter_radius_mm": (4.0, 5.0, 8.0), "fixture.span_mm": (80.0, 100.0)}
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, values, pool, tmp_path / "kept")
-        again = rf.sweep(coarse, values, pool, tmp_path / "kept")
+        found = rf.sweep(coarse, values, runs=rf.Runs(tmp_path / "kept", pool))
+        again = rf.sweep(coarse, values, runs=rf.Runs(tmp_path / "kept", pool))
     assert len(computed) == 6
     assert again.runs.equals(found.runs)
     radius, span = (found.runs[key] for key in values)
@@ -78,7 +78,7 @@ def test_title_and_findings_name_only_what_varies(
         "protocol.travel_mm": (12.0,),
     }
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, values, pool, tmp_path)
+        found = rf.sweep(coarse, values, runs=rf.Runs(tmp_path, pool))
     assert found.title == "Sweep over indenter_radius_mm, 2 runs"
     assert "N (indenter_radius_mm = 5.0)" in found.findings()[0]
     assert "max_force" in found.figures()
@@ -91,7 +91,7 @@ def test_both_keys_share_one_legend(
 ) -> None:
     values = {"fixture.indenter_radius_mm": (4.0, 5.0), "fixture.span_mm": (80.0, 100.0)}
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, values, pool, tmp_path)
+        found = rf.sweep(coarse, values, runs=rf.Runs(tmp_path, pool))
     (legend,) = found.plot("curves").legends
     texts = [text.get_text() for text in legend.get_texts()]
     assert texts == ["Indenter radius (mm)", "4", "5", "Span (mm)", "80", "100"]
@@ -103,7 +103,7 @@ def test_same_keys_of_two_layers_are_told_apart(
     key = "stalk.layers.{}.material.elastic.E_Z_MPa"
     values = {key.format("phloem"): (1500.0, 1600.0), key.format("xylem"): (400.0, 500.0)}
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, values, pool, tmp_path)
+        found = rf.sweep(coarse, values, runs=rf.Runs(tmp_path, pool))
     short = [f"{layer}.material.elastic.E_Z_MPa" for layer in ("phloem", "xylem")]
     assert found.title == f"Sweep over {short[0]} and {short[1]}, 4 runs"
     assert list(found.overview())[:2] == short
@@ -126,7 +126,7 @@ def test_forces_that_still_rise_and_notes_of_runs_are_told(
     monkeypatch.setattr(simulation, "simulate", simulate)
     values = {"fixture.indenter_radius_mm": (4.0, 5.0, 6.0)}
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, values, pool, tmp_path / "runs")
+        found = rf.sweep(coarse, values, runs=rf.Runs(tmp_path / "runs", pool))
     assert found.runs["still_rising"].tolist() == [False, True, True]
     assert found.findings()[1].startswith("In 2 of 3 runs the force still rises at the end")
     (note,) = [text for text in found.notes() if "work differs" in text]
@@ -143,6 +143,29 @@ def test_a_key_is_given_once(coarse: rf.BendingTest, computed: list[rf.BendingTe
     assert not computed
 
 
+def test_amplitudes_of_effects_are_varied_too(
+    coarse: rf.BendingTest, computed: list[rf.BendingTest], tmp_path: Path
+) -> None:
+    gap, taper = rf.EFFECTS["seating_gap"], rf.EFFECTS["taper"]
+    with ThreadPoolExecutor(1) as pool:
+        found = rf.sweep(
+            coarse,
+            {"span_mm": (80.0, 100.0)},
+            [(gap, (0.0, 0.3)), (taper, (0.01,))],
+            runs=rf.Runs(tmp_path, pool),
+        )
+    assert len(computed) == 4
+    assert found.runs["seating_gap"].tolist() == [0.0, 0.3, 0.0, 0.3]
+    assert {run.result.test.stalk.taper for run in found.done if run} == {0.01}
+    assert found.keys == ["span_mm", "seating_gap"]
+    (legend,) = found.plot("max_force").legends
+    assert legend.get_texts()[0].get_text() == "Seating gap (mm)"
+    with pytest.raises(rf.SpecificationError, match="must not be given twice"):
+        rf.sweep(coarse, effects=[(gap, (0.1,)), (gap, (0.2,))])
+    with pytest.raises(rf.SpecificationError, match="effect seating_gap = 9"):
+        rf.sweep(coarse, effects=[(gap, (0.1, 9.0))])
+
+
 def test_what_fails_or_ends_early_is_told(
     coarse: rf.BendingTest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -151,7 +174,7 @@ def test_what_fails_or_ends_early_is_told(
 
     monkeypatch.setattr(simulation, "simulate", simulate)
     with ThreadPoolExecutor(1) as pool:
-        found = rf.sweep(coarse, {"law": ("svk", "neo_hookean")}, pool, tmp_path)
+        found = rf.sweep(coarse, {"law": ("svk", "neo_hookean")}, runs=rf.Runs(tmp_path, pool))
     assert not found.completed
     assert found.findings() == ["No run has a force maximum."]
     assert found.notes()[0].startswith("law = svk: failed: stalk = 1 must be another one")

@@ -102,7 +102,7 @@ def run(folder: Path, thick: float, thin: float, **changes: str) -> Validation:
         assert old in text
         text = text.replace(old, new)
     path.write_text(text)
-    return validate(path, ThreadPoolExecutor(2), folder / "runs")
+    return validate(path, rf.Runs(folder / "runs", ThreadPoolExecutor(2)))
 
 
 def plane(*slopes: float, constant: float = 0.0) -> Surface:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from folders import check_folder, check_print
 
 from ramiefenics import write_folder
-from ramiefenics.verification import STUDIES, Check, Plot, Series, Study, Verification
+from ramiefenics.verification import STUDIES, Check, Plot, Series, Study, StudyTask, Verification
 from ramiefenics.verification.beam import LayeredTube
 from ramiefenics.verification.figures import plot_figure
 from ramiefenics.verification.study import at_least, at_most, near, observed_orders
@@ -77,6 +78,21 @@ def test_report_tells_what_fails(tmp_path: Path) -> None:
     assert "| [s](#a-title) | a claim | 3 | 0 to 1 | reason | **no** |" in text
     assert "| 1.5 |\n|  |" in text
     assert (tmp_path / "verification" / "s.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_study_is_the_same_after_it_was_kept() -> None:
+    table = pd.DataFrame({"case": ["a", "b"], "x (mm)": [1, 2], "y": np.array([0.1, np.nan])})
+    plot = Plot("x", "y", (Series("one", np.array([1.0, 1 / 3]), table["x (mm)"], slope=2.0),))
+    study = Study("A title", "Text.", (at_least("c", float(np.float32(0.1)), 0.0, "why"),), table)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(STUDIES, "new", lambda: replace(study, plot=plot))
+        task = StudyTask("new")
+        again = task.read(task.compute())
+    assert again.checks == study.checks
+    assert again.plot is not None
+    assert [*again.plot.series[0].x] == [1.0, 1 / 3]
+    assert [*again.plot.series[0].y] == [1, 2]
+    pd.testing.assert_frame_equal(again.table, table)
 
 
 def verify(*arguments: str) -> subprocess.CompletedProcess[str]:

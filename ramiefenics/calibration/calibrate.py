@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,15 +16,13 @@ from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import Study, read_study
-from ramiefenics.runs import workers
+from ramiefenics.runs import Runs, lasting
 
 
 def calibrate(
     study: Study | str | Path = "table4",
-    executor: Executor | None = None,
-    folder: Path | None = None,
+    runs: Runs | None = None,
     on_stage: Callable[[str, int], None] | None = None,
-    on_done: Callable[[int], None] | None = None,
 ) -> Calibration:
     """Simulate the design of a study, fit response surfaces, and calibrate the parameters.
 
@@ -33,12 +30,10 @@ def calibrate(
     ----------
     study
         A study, its file, or the name of one that comes with the code.
-    executor, folder
-        Executor of the simulations, and folder in which they are stored; see `Runs`.
+    runs
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
     on_stage
         Called at the beginning of each stage with its name and its number of simulations.
-    on_done
-        Called with the number of simulations done since the last call; see `Runs`.
 
     Raises
     ------
@@ -52,24 +47,19 @@ def calibrate(
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
     on_stage("simulating", study.distinct)
-    with workers(executor) as pool:
-        found = respond(study, pool, folder, on_done)
+    with lasting(runs) as runs:
+        found = respond(study, runs)
         found = replace(found, desired=_desire(found))
         if targets is None:
             return found
         used = tuple(found.surfaces[name] for name in targets.names)
         fit = fit_targets(Misfit(used, targets, found.design.region), found.space, found.baseline)
         on_stage("confirming", 1)
-        (outcome,) = run_campaign([fit.test], pool, folder, on_done).outcomes
+        (outcome,) = run_campaign([fit.test], runs).outcomes
     return replace(found, fit=replace(fit, confirmation=outcome))
 
 
-def respond(
-    study: Study,
-    executor: Executor | None = None,
-    folder: Path | None = None,
-    on_done: Callable[[int], None] | None = None,
-) -> Calibration:
+def respond(study: Study, runs: Runs | None = None) -> Calibration:
     """Simulate the design of a study and fit its response surfaces, without calibrating.
 
     Parameters and errors are those of `calibrate`.
@@ -82,21 +72,21 @@ def respond(
     design = study.plan()
     space = study.space(design)
     tests = space.tests(baseline, design.coded)
-    campaign = run_campaign(tests, executor, folder, on_done)
-    runs = design.table(space)
+    campaign = run_campaign(tests, runs)
+    table = design.table(space)
     for wanted in study.responses:
         found = response(wanted.name)
-        runs[wanted.name] = [
+        table[wanted.name] = [
             np.nan if outcome.result is None else found.of_result(outcome.result)
             for outcome in campaign.outcomes
         ]
-    runs["ending"] = [outcome.ending for outcome in campaign.outcomes]
+    table["ending"] = [outcome.ending for outcome in campaign.outcomes]
     model, rule = study.polynomial, study.selection
     surfaces = {
-        name: select_surface(name, space.names, design.coded, runs[name].to_numpy(), model, rule)
+        name: select_surface(name, space.names, design.coded, table[name].to_numpy(), model, rule)
         for name in (wanted.name for wanted in study.responses)
     }
-    return Calibration(study, baseline, space, design, campaign, runs, surfaces)
+    return Calibration(study, baseline, space, design, campaign, table, surfaces)
 
 
 def _desire(found: Calibration) -> Desired | None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import KeptRun, Runs, Simulation
@@ -71,20 +69,15 @@ class Campaign:
         return sum(runs.values())
 
 
-def run_campaign(
-    tests: Sequence[BendingTest],
-    executor: Executor | None = None,
-    folder: Path | None = None,
-    on_done: Callable[[int], None] | None = None,
-) -> Campaign:
+def run_campaign(tests: Sequence[BendingTest], runs: Runs | None = None) -> Campaign:
     """Simulate those tests that have not been simulated before, and equal ones only once.
 
     Parameters
     ----------
     tests
         Specifications to simulate.
-    executor, folder, on_done
-        Arguments of `Runs`.
+    runs
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
 
     Raises
     ------
@@ -95,11 +88,12 @@ def run_campaign(
     """
     for test in tests:
         check_law(test)
-    runs = Runs(folder, executor, on_done)
+    runs = Runs() if runs is None else runs
+    before = runs.computed
     done = runs.map([Simulation(test) for test in tests])
     # equal tests share one outcome
     outcomes = {
         id(d): Outcome(test, d.value, "" if d.error is None else str(d.error))
         for test, d in zip(tests, done, strict=True)
     }
-    return Campaign(tuple(outcomes[id(d)] for d in done), runs.computed)
+    return Campaign(tuple(outcomes[id(d)] for d in done), runs.computed - before)

@@ -145,7 +145,7 @@ app.command("reduce")(with_options(on_first_rank(reduce_command)))
 app.command("schema")(with_options(on_first_rank(schema_command), result=False))
 app.command("sweep")(with_options(with_workers(sweep_command)))
 app.command("validate")(with_options(with_workers(validate_command)))
-app.command("verify")(with_options(on_first_rank(verify_command)))
+app.command("verify")(with_options(with_workers(verify_command)))
 
 
 def _tell_version(wanted: bool) -> None:

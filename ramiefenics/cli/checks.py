@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -38,6 +39,12 @@ def converge_command(
     ] = 5,
     law: LawName = None,
     assign: Assignments = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Number of meshes at a time; by default one, on all ranks of mpirun."
+        ),
+    ] = None,
 ) -> None:
     """Bend a stalk on a ladder of meshes, and report order of convergence, limit and error."""
     for assignment in assign or []:
@@ -47,10 +54,16 @@ def converge_command(
     folder = claim(out or Path("results") / f"{Path(spec).stem}-convergence")
     from ramiefenics.convergence import converge
     from ramiefenics.convergence.study import check_ladder
+    from ramiefenics.runs import Runs, workers
 
     check_ladder(order, meshes)  # refuse before a progress bar appears
-    with resumable(), progress.refining() as show:
-        study = converge(test, order, meshes, on_progress=show)
+    if jobs is None:
+        with resumable(), progress.refining() as show:
+            study = converge(test, order, meshes, on_progress=show)
+    else:
+        with resumable(), workers(number=jobs) as pool, progress.counting() as (stage, count):
+            stage("refining", meshes)
+            study = converge(test, order, meshes, Runs(executor=pool, on_done=count))
     finish(study, folder)
 
 
@@ -74,16 +87,13 @@ def explicit_command(
     test = load_test(spec, mesh, law, assign)
     test.protocol.check_loading_only("explicit runs")
     folder = claim(out or Path("results") / f"{Path(spec).stem}-explicit")
+    from ramiefenics.runs import SharedRuns
     from ramiefenics.solve.explicit import simulate_explicitly
-    from ramiefenics.solve.simulate import simulate
 
     static = None
     if implicit:
-        with progress.bending(test, "implicit") as show:
-            static = simulate(test, on_step=show)
-    if static is not None and static.ending.kind == "interrupted":
-        typer.echo("ramiefenics: interrupted before the explicit run; nothing written", err=True)
-        raise typer.Exit(1)
+        with resumable(), progress.bending(test, "implicit") as show:
+            static = SharedRuns().run(test, show).result
     with progress.moving(test) as tell:
         result = simulate_explicitly(test, on_point=tell)
     tell_ending(result.ending)
@@ -91,6 +101,7 @@ def explicit_command(
 
 
 def verify_command(
+    workers: Executor,
     studies: Annotated[
         list[str] | None,
         typer.Argument(
@@ -101,7 +112,8 @@ def verify_command(
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results"),
 ) -> None:
     """Check the solver against exact solutions, theories and other codes."""
-    from ramiefenics.verification import STUDIES, Study, Verification
+    from ramiefenics.runs import Runs
+    from ramiefenics.verification import STUDIES, StudyTask, Verification
 
     if studies == ["list"]:
         for name, study in STUDIES.items():
@@ -115,10 +127,8 @@ def verify_command(
                 "studies", name, f"must be one of {', '.join(STUDIES)}, or list"
             )
     warnings.simplefilter("ignore", SpecificationWarning)
-    done: dict[str, Study] = {}
-    with progress.checking(len(studies)) as tell:
-        for name in studies:
-            tell(len(done), name)
-            done[name] = STUDIES[name]()
-        tell(len(done), "")
-    finish(Verification(done), folder)
+    with progress.counting("studies") as (stage, count):
+        stage("verifying", len(studies))
+        done = Runs(executor=workers, on_done=count).map([StudyTask(name) for name in studies])
+    found = {name: one.result() for name, one in zip(studies, done, strict=True)}
+    finish(Verification(found), folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -22,6 +22,15 @@ ALL = "all"
 EffectFiles = Annotated[
     list[str] | None,
     typer.Option("--effects", metavar="FILE.py", help="Python file with effects of your own."),
+]
+SweptAmplitudes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effect",
+        metavar="NAME=AMPLITUDES",
+        help="Effect to add (see ramiefenics effects), with amplitudes to try as for --set; may be "
+        "repeated.",
+    ),
 ]
 Amplitudes = Annotated[
     list[str] | None,
@@ -100,6 +109,26 @@ def add_effects(test: BendingTest, given: list[str] | None, files: list[str] | N
         why = f"the effects break the symmetry of the {before} one"
         typer.echo(f"note: the {after} model is used, as {why}", err=True)
     return changed
+
+
+def swept_effects(
+    given: list[str] | None, files: list[str] | None
+) -> list[tuple[Effect, Sequence[float]]]:
+    """Return the effects of ``--effect`` with all their amplitudes.
+
+    Raises
+    ------
+    SpecificationError
+        If an effect is unknown, or an assignment malformed.
+    """
+    from ramiefenics.sweep import values_by_key
+
+    known = EFFECTS | _of_files(files)
+    assigned = values_by_key(given or [], "--effect")
+    return [
+        (_named(name, known, "--effect"), [_amplitude(str(v), f"{name}={v}") for v in values])
+        for name, values in assigned.items()
+    ]
 
 
 def _of_files(files: list[str] | None) -> dict[str, Effect]:

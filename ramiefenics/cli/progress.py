@@ -82,13 +82,15 @@ def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
 
 
 @contextmanager
-def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
+def counting(
+    what: str = "simulations",
+) -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
     """Show the stage, the simulations done and expected, and the remaining time."""
-    with _bar("{task.completed}{task.fields[of]} simulations") as progress:
+    with _bar(f"{{task.completed}}{{task.fields[of]}} {what}") as progress:
         task = progress.add_task("reading", total=None, of="")
 
         def stage(name: str, expected: int) -> None:
-            log.info("%s: about %d simulations", name, expected)
+            log.info("%s: about %d %s", name, expected, what)
             total = progress.tasks[task].completed + expected
             progress.update(task, description=name, total=total, of=f" of about {total:g}")
 
@@ -98,13 +100,6 @@ def counting() -> Iterator[tuple[Callable[[str, int], None], Callable[[int], Non
 
         yield stage, count
     notes.simulating()  # there may have been nothing to simulate
-
-
-@contextmanager
-def checking(number: int) -> Iterator[Callable[[int, str], None]]:
-    """Show the studies done, the current study, and the remaining time."""
-    with _doing("verifying", number) as tell:
-        yield tell
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from ramiefenics.cli.common import (
     finish,
     load_test,
 )
+from ramiefenics.cli.effects import EffectFiles, SweptAmplitudes, swept_effects
 
 
 def calibrate_command(
@@ -39,40 +40,44 @@ def calibrate_command(
     # statistics and solver take seconds to import
     from ramiefenics.calibration.calibrate import calibrate
     from ramiefenics.calibration.study import read_study
+    from ramiefenics.runs import Runs
 
     asked = read_study(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
-        found = calibrate(asked, workers, on_stage=stage, on_done=count)
+        found = calibrate(asked, Runs(executor=workers, on_done=count), stage)
     finish(found, folder)
 
 
 def sweep_command(
     workers: Executor,
     assign: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             "--set",
             metavar="KEY=VALUES",
             help="Values to try: low:high:number, or value,value; may be repeated, for all "
             "combinations.",
         ),
-    ],
+    ] = None,
     spec: Spec = "table3",
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME-sweep by default.")
     ] = None,
     mesh: MeshName = None,
     law: LawName = None,
+    effect: SweptAmplitudes = None,
+    effects: EffectFiles = None,
 ) -> None:
-    """Bend a stalk with all combinations of given values."""
+    """Bend a stalk with all combinations of given values and amplitudes of effects."""
+    from ramiefenics.runs import Runs
     from ramiefenics.sweep import sweep, values_by_key
 
-    values = values_by_key(assign)
+    values, added = values_by_key(assign or []), swept_effects(effect, effects)
     test = load_test(spec, mesh, law, None)
     folder = claim(out or Path("results") / f"{Path(spec).stem}-sweep", MPI.COMM_SELF)
     with progress.counting() as (stage, count):
-        stage("bending", math.prod(map(len, values.values())))
-        found = sweep(test, values, workers, on_done=count)
+        stage("bending", math.prod(map(len, (*values.values(), *(tried for _, tried in added)))))
+        found = sweep(test, values, added, Runs(executor=workers, on_done=count))
     finish(found, folder)
 
 
@@ -91,9 +96,10 @@ def validate_command(
     """Calibrate on some stalks, predict others, and compare with simpler predictors."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-validation", MPI.COMM_SELF)
     # statistics and solver take seconds to import
+    from ramiefenics.runs import Runs
     from ramiefenics.validation import read_validation, validate
 
     asked = read_validation(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
-        found = validate(asked, workers, on_stage=stage, on_done=count)
+        found = validate(asked, Runs(executor=workers, on_done=count), stage)
     finish(found, folder)

@@ -16,7 +16,7 @@ from ramiefenics.model.grading import axial_positions
 from ramiefenics.model.laws import check_law
 from ramiefenics.model.observables import Observables
 from ramiefenics.notebook import notebook_bar
-from ramiefenics.runs import KeptRun, SharedRuns
+from ramiefenics.runs import KeptRun, Runs, SharedRuns, Simulation
 from ramiefenics.solve.quasistatic import Step
 from ramiefenics.specification import BendingTest, SpecificationError, override
 from ramiefenics.specification.sources import Source, as_test
@@ -44,7 +44,7 @@ def converge(
     test: Source,
     order: int = 2,
     meshes: int = 5,
-    runs: SharedRuns | None = None,
+    runs: SharedRuns | Runs | None = None,
     on_progress: Progress | None = None,
     **changes: Any,
 ) -> Convergence:
@@ -60,10 +60,12 @@ def converge(
     meshes
         Number of the ladder's meshes to use, from the coarsest: 3 to 5.
     runs
-        Runs the simulations; by default they are kept in the user's cache.
+        Runs the simulations: `SharedRuns`, the default, one after another on all ranks; `Runs`,
+        several at a time.
     on_progress
-        Called with the fraction of the estimated cost that is done, and a text on the state. By
-        default there is a progress bar in the output of a notebook's cell, and nothing elsewhere.
+        Called with the fraction of the estimated cost that is done, and a text on the state; not
+        with `Runs`, which reports its own progress. By default there is a progress bar in the
+        output of a notebook's cell, and nothing elsewhere.
     changes
         Changes to the specification, see `as_test`.
 
@@ -77,11 +79,13 @@ def converge(
     check_ladder(order, meshes)
     test = as_test(test, **changes)
     check_law(test)
-    runs = SharedRuns() if runs is None else runs
     names = LADDERS[order][:meshes]
     tests = [override(test, [f"numerics.mesh={name}"]) for name in names]
-    with notebook_bar(1.0) as show:
-        done = tuple(_simulate(tests, runs, on_progress or show))
+    if isinstance(runs, Runs):
+        done = tuple(one.result() for one in runs.map([Simulation(test) for test in tests]))
+    else:
+        with notebook_bar(1.0) as show:
+            done = tuple(_simulate(tests, runs or SharedRuns(), on_progress or show))
     positions = _positions(test.protocol.travel_mm)
     rows = pd.DataFrame([_row(run, positions) for run in done])
     compared = ["max_force_N", "slope_N_per_mm", *(f"force_{at:g}mm_N" for at in positions)]

@@ -122,7 +122,7 @@ class Anatomy:
         return self.learned.place
 
     @property
-    def believed(self) -> bool:
+    def supported(self) -> bool:
         """Whether a function in the best place explains more than chance would."""
         return self.log_evidence_gains[self.place.name] > ENOUGH
 
@@ -157,7 +157,7 @@ class Anatomy:
             "place": self.place.name,
             "probabilities": self.probability,
             "log_evidence_gains": dict(self.log_evidence_gains),
-            "believed": self.believed,
+            "supported": self.supported,
             "coefficients": dict(zip(names, coefficients, strict=True)),
             "x": self.place.x_label,
             "y": self.place.y_label,

@@ -88,7 +88,7 @@ def _anatomy(found: Discovery) -> str:
     if anatomy is None:
         return ""
     tried = ", ".join(f"{name} {p:.0%}" for name, p in anatomy.probability.items())
-    if not anatomy.believed:
+    if not anatomy.supported:
         return f" A free function inside the model does not explain it either (tried: {tried})."
     rest = ""
     if anatomy.misfit_p_value < SIGNIFICANCE:

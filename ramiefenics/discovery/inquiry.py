@@ -35,7 +35,7 @@ from ramiefenics.discovery.verdict import (
 from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.measured.unloading import unloads, with_unloading
-from ramiefenics.runs import Runs, workers
+from ramiefenics.runs import lasting
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import MeshRecipe, SpecificationError, mesh_recipe
 from ramiefenics.surrogate import LearnedCurves
@@ -87,10 +87,8 @@ def discover(
     effects = suspects_of(dataset) if effects is None else effects
     recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
     dataset = _on_mesh(with_unloading(dataset), recipe)
-    if runs is not None:
+    with lasting(runs) as runs:
         return _Inquiry(dataset, effects, runs, seed, on_stage).conclude()
-    with workers() as pool:
-        return _Inquiry(dataset, effects, Runs(executor=pool), seed, on_stage).conclude()
 
 
 def suspects_of(dataset: Dataset) -> Mapping[str, Effect]:
@@ -168,7 +166,7 @@ class _Inquiry:
                 seen[name] = self._effects[name]
         return curves, seen
 
-    def _believed(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
+    def _accepted(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
         """Return the groups that do not rest on a single specimen."""
         groups = []
         for group in causes.groups():
@@ -244,7 +242,7 @@ class _Inquiry:
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
         left = before if extended is None else p_value_of_misfit(last, self._rng)
-        groups = () if extended is None else self._believed(last, causes)
+        groups = () if extended is None else self._accepted(last, causes)
         conflict = last.conflict()
         gain = shape = elsewhere = None
         if extended is not None:

@@ -75,7 +75,7 @@ class Discovery(Result):
     verdict
         One of `ramiefenics.discovery.verdict.VERDICTS`.
     groups
-        Groups of effects that are believed, at least one effect of each being practically certain
+        Groups of effects that are accepted, at least one effect of each being practically certain
         to be present; a group of one is a cause.
     p_value
         Probability of a gain like that of the best suspect if no effect is present.
@@ -91,7 +91,7 @@ class Discovery(Result):
     posterior
         Posterior over sets of effects.
     reasons
-        Reasons why suspects are not tested or not believed, by name.
+        Reasons why suspects are not tested or not accepted, by name.
     baseline
         The fit without effects.
     extended
@@ -397,7 +397,7 @@ class Discovery(Result):
         extended = {}
         if self.verdict == "cause":
             extended["extended"] = self.extended_test()
-        elif self.anatomy is not None and self.anatomy.believed:
+        elif self.anatomy is not None and self.anatomy.supported:
             extended["extended"] = self.anatomy.extended_test()
         return {"baseline": self.baseline_test(), **extended}
 

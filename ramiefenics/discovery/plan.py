@@ -15,7 +15,7 @@ from ramiefenics.discovery.power import Design, Power, power, predicted_evidence
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured.changes import changed
 from ramiefenics.results.result import Picture, Result, Table
-from ramiefenics.runs import Runs, workers
+from ramiefenics.runs import lasting
 from ramiefenics.runs.curve import Mapper
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict, value_at
@@ -197,17 +197,14 @@ def plan(
         If a setting is refused, or a simulation does not reach the end of its travel.
     """
     test = as_test(test, **changes)
-    if runs is None:
-        with workers() as pool:
-            return plan(test, others, design, effects, Runs(executor=pool))
     design = Design() if design is None else design
     suspects = EFFECTS if effects is None else effects
     effects = {name: effect.sized([test]) for name, effect in suspects.items()}
     given = _default_others(test) if others is None else others
     curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
-    evidence = predicted_evidence(
-        [t for some in curves for t in some], effects, design.fit_sd, runs
-    )
+    every = [one for some in curves for one in some]
+    with lasting(runs) as runs:
+        evidence = predicted_evidence(every, effects, design.fit_sd, runs)
     ends = np.cumsum([len(some) for some in curves])
     first, *rows = (list(range(e - len(some), e)) for e, some in zip(ends, curves, strict=True))
     choices = {"alone": first} | {" ".join(o): first + r for o, r in zip(given, rows, strict=True)}

@@ -15,7 +15,7 @@ INDIFFERENT = "makes no difference to these curves"
 
 SIGNIFICANCE = 0.001
 """Probability, if no effect is present, below which a result is significant: one in a thousand data
-sets without any effect is accused."""
+sets without any effect is said to have one."""
 
 IMPROBABLE = 0.01
 """Posterior probability of no effect, among the sets of effects that were fitted, below which

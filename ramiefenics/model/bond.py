@@ -1,20 +1,25 @@
 """A bond between two layers: a film of cells, far thinner than the layers, that slips and fails.
 
-A line across the film, along its normal N and as long as its thickness t, becomes ``d = t F N``.
-The deformed film has the normal ``n = cof(F) N / |cof(F) N|`` (Nanson's formula), so its thickness
-is ``h = d.n``. The layers have slipped by s, ``s^2 = d.d - h^2``, and separated by ``h - t``;
-neither changes in a rigid rotation. The effective displacement jump is q,
-``q^2 = s^2 + <h - t>^2``. With the compliance c, the strength tau and the toughness G, the
-tractions follow from the energy per undeformed area
+A line across the film, along its normal N and as long as its thickness t_b, becomes
+``l = t_b F N``. The deformed film has the normal ``n = cof(F) N / |cof(F) N|`` (Nanson's formula),
+so its thickness is ``l.n``. The layers have slipped by s_b, ``s_b^2 = |l|^2 - (l.n)^2``, and
+separated by ``o_b = l.n - t_b``; neither changes in a rigid rotation. The effective displacement
+jump is Delta, ``Delta^2 = s_b^2 + [o_b]_+^2``. With the compliance c_b, the strength tau_b, the
+toughness Gamma_b and a penalty k_b, the tractions follow from the energy per undeformed area
 
-    psi = (1 - D) q^2 / (2 c) + <t - h>^2 / (2 c) + k <t - h>^3 / 3,
+    psi_b = (1 - D_b) Delta^2 / (2 c_b) + [-o_b]_+^2 / (2 c_b) + k_b / 3 [-o_b]_+^3,
 
 that of a cohesive surface that weighs slip and separation alike (Ortiz and Pandolfi 1999,
-section 3). The damage D is that of the largest jump so far: the traction falls linearly from the
-strength at ``q0 = c tau`` to zero at ``q1 = 2 G / tau``, and unloading is to the origin. When the
-largest jump is q, the energy dissipated per area is ``tau q1 (q - q0) / (2 (q1 - q0))``. The other
-terms, which damage does not reduce, keep the layers from penetrating each other. An undamaged bond
-has the same stiffness on both sides of ``h = t``, which helps Newton's method.
+section 3). The damage D_b is that of the largest jump so far, Delta_m:
+
+    1 - D_b = Delta_0 (Delta_1 - Delta_m) / (Delta_m (Delta_1 - Delta_0)),
+
+so that the traction falls linearly from the strength at ``Delta_0 = c_b tau_b`` to zero at
+``Delta_1 = 2 Gamma_b / tau_b``, and unloading is to the origin. Below Delta_0, 1 - D_b is 1, and
+above Delta_1 it is `LEFT`. Between the two, the energy dissipated per area is
+``tau_b Delta_1 (Delta_m - Delta_0) / (2 (Delta_1 - Delta_0))``, which rises from 0 to Gamma_b. The
+terms in ``[-o_b]_+``, which damage does not reduce, keep the layers from penetrating each other. An
+undamaged bond has the same stiffness on both sides of ``o_b = 0``, which helps Newton's method.
 """
 
 from __future__ import annotations
@@ -63,7 +68,7 @@ class BondFilm:
     bond
         Constants of the bond.
     penalty_MPa_per_mm2
-        The penalty k above.
+        The penalty k_b above.
     """
 
     def __init__(
@@ -85,7 +90,7 @@ class BondFilm:
         self._state()
 
     def _state(self) -> None:
-        """Express jump, overlap and largest jump in UFL."""
+        """Express jump Delta, overlap ``[-o_b]_+`` and largest jump Delta_m in UFL."""
         J = ufl.Jacobian(self._solid.mesh)
         lengths = [ufl.dot(J[:, k], J[:, k]) for k in range(3)]
         least = ufl.min_value(lengths[0], ufl.min_value(lengths[1], lengths[2]))
@@ -106,7 +111,7 @@ class BondFilm:
 
     @property
     def _sound(self) -> Expr:
-        """The share 1 - D above."""
+        """The share 1 - D_b above, from Delta_m, Delta_0 and Delta_1."""
         q, q0, q1 = self._largest, self._softens_at, self._fails_at
         softened = ufl.max_value(q0 * (q1 - q) / (q * (q1 - q0)), LEFT)
         return ufl.conditional(ufl.gt(q, q0), softened, 1.0)

@@ -1,18 +1,27 @@
 """Frictional contact of the stalk's surface with rigid cylinders and plates by Nitsche's method.
 
-With x = X + u, a cylinder of axis c and radius R, gap g = |x - c| - R and normal n = grad g
+With x = X + u, a cylinder of axis x_c and radius R_c, gap g = |x - x_c| - R_c and normal n = grad g
 (from the cylinder into the stalk), nominal traction t = P N and gamma > 0, the pressure is
-``p = [n.t - gamma g]_+``; the weak form is
+``p = [n.t - gamma g]_+``, except across wide gaps, see `GAP_LIMIT`; the weak form is
 
-    int P : grad v dX - int p n.v dS - int (theta / gamma) (n.t - p) n.(A : grad v) N dS = 0
+    int P : grad v dX - int (p n + t_f).v dS - theta int (n.t - p) / gamma n.(A : grad v) N dS = 0
 
 (Chouly, Hild and Renard 2015, for small strain; Mlika, Renard and Chouly 2017, for large). The
-last term vanishes at the solution whatever multiplies ``n.t - p``. A is therefore taken at the last
-converged step, which keeps the compiled tangent small, and the normal is not varied, which keeps
-the discrete forces in exact equilibrium.
+last term vanishes at the solution whatever multiplies ``n.t - p``. The material's tangent A is
+therefore taken at the last converged step, which keeps the compiled tangent small, and the normal
+is not varied, which keeps the discrete forces in exact equilibrium.
 
-Friction adds the traction ``-mu p b``, Coulomb's law with internal variables at every quadrature
+The friction is ``t_f = -mu_f p b``, Coulomb's law with internal variables at every quadrature
 point, see `friction`.
+
+With the order m of the elements and the thickness t_c of the surface cells, the stabilisation is
+
+    gamma = 20 m^2 / t_c d2W/da2(F + a n (x) N),
+
+where 20 stands for `ContactMethod.stabilisation`. The derivative is taken at a = 0 and at the
+centre of each cell, where N is the radial direction of the undeformed stalk and
+``n = cof(F) N / |cof(F) N|`` the normal of the deformed surface. gamma never falls below
+its value at rest.
 """
 
 from __future__ import annotations
@@ -59,7 +68,7 @@ A plate is treated as a cylinder from whose axis distances are measured along Y 
 """
 
 GAP_LIMIT = 0.1
-"""Widest gap across which points touch, over the thickness of the surface cells.
+"""Widest gap g across which points touch, over the thickness t_c of the surface cells.
 
 At a solution, the gaps of touching points are far smaller. On the way to one, a cell that is
 crushed by too large a Newton step could otherwise hold itself crushed by its own stress, without
@@ -159,15 +168,15 @@ class Contact:
     method
         Nitsche's parameters.
     cell_thickness_mm
-        Thickness of the surface cells along the normal.
+        Thickness t_c of the surface cells along the normal.
 
     Attributes
     ----------
     gap
-        Distance from the obstacle, mm; in UFL, like the following three.
+        Distance g from the obstacle, mm; in UFL, like the following three.
     pressure, friction, traction
-        Stress that the obstacle exerts per undeformed area, MPa: normal, tangential and total; the
-        latter two of shape (3,).
+        Stress that the obstacle exerts per undeformed area, MPa: normal p, tangential t_f and total
+        p n + t_f; the latter two of shape (3,).
     ds
         Measure on the facets of all obstacles.
     """
@@ -197,7 +206,7 @@ class Contact:
         self._further_mm = 0.0  # since then
         self._mark_cells()
         self._state()
-        # the inverse inequality behind Nitsche's method scales with order^2 / thickness
+        # the inverse inequality behind Nitsche's method scales with m^2 / t_c
         self._gamma_scale = method.stabilisation * solid.order**2 / cell_thickness_mm
         self._stiffness = self._normal_stiffness()
         self._floor = self._evaluate_stiffness()
@@ -259,7 +268,7 @@ class Contact:
         largest_now = law.coefficient(self._grip) * self.pressure
         self.friction = -largest_now * mobilised
         self.traction = self.pressure * n + self.friction
-        # pressure by the trapezoidal rule
+        # mu_f p by the trapezoidal rule
         mean = (largest + largest_now) / 2
         self._work = work + mean * law.opposed_slip(before, self._slip)
         touching, _ = self.states()
@@ -310,7 +319,7 @@ class Contact:
         return form
 
     def _normal_stiffness(self) -> fem.Expression:
-        """Return the second derivative of the energy along n (x) N at the centre of every cell."""
+        """Return the second derivative ``d2W/da2`` above at the centre of every cell."""
         mesh = self.solid.mesh
         X = ufl.SpatialCoordinate(mesh)
         N = ufl.as_vector((X[0], X[1], 0)) / ufl.sqrt(X[0] ** 2 + X[1] ** 2)

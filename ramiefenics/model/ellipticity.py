@@ -1,11 +1,11 @@
 """Indicators of the material's stability: volume ratio, principal stretch, strong ellipticity.
 
-A solid is strongly elliptic where ``A(m, N) = m.(dP/dF : m (x) N) N``, with the stress P at the end
-of a step, is positive for all directions m and N. There, every plane wave has a real speed, and no
-deformation can localise in a band (Hadamard 1903; Marsden and Hughes 1983, section 4.3; for
-materials with internal variables, Rice 1976). The minimum of A over unit vectors is the smallest
-eigenvalue of the acoustic tensor over all directions N. Where strong ellipticity is lost, the
-solution depends on the mesh.
+A solid is strongly elliptic where ``A_iJkL m_i N_J m_k N_L`` is positive for all directions m and
+N, with ``A = dP/dF`` and the stress P at the end of a step. There, every plane wave has a real
+speed, and no deformation can localise in a band (Hadamard 1903; Marsden and Hughes 1983, section
+4.3; for materials with internal variables, Rice 1976). The minimum over unit vectors m and N is the
+smallest eigenvalue of the acoustic tensor over all directions N. Where strong ellipticity is lost,
+the solution depends on the mesh.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def smallest_acoustic_eigenvalue(tangent: NDArray[np.float64]) -> NDArray[np.flo
     Parameters
     ----------
     tangent
-        Derivatives of the stress with respect to the deformation gradient, MPa, shape
+        Derivatives A of the stress with respect to the deformation gradient, MPa, shape
         (n, 3, 3, 3, 3).
 
     Returns

@@ -1,20 +1,20 @@
 """Coulomb friction with memory, which weakens with the distance that a point has slid.
 
-A point of the surface slips by the vector s. The mobilised share b of the friction, a vector in the
-unit ball, builds up over a short presliding length d (Dahl 1968),
+A point of the surface slips by the vector s, at the rate s'. The mobilised share b of the friction,
+a vector in the unit ball, builds up over a short presliding length l_p (Dahl 1968),
 
-    b' = (s' - b |s'|) / d,
+    b' = (s' - b |s'|) / l_p,
 
-so that the slip d b is recoverable and the rest is permanent. Permanent slip k weakens the
-coefficient of friction from its static to its dynamic value over another length L (slip weakening:
-Ida 1972),
+so that the slip l_p b is recoverable and the rest is permanent. Permanent slip s_p weakens the
+coefficient of friction mu_f from its static value mu_s to its dynamic value mu_d over the weakening
+length l_w (slip weakening: Ida 1972),
 
-    mu = mu_d + (mu_s - mu_d) exp(-k / L),    k' = |s' - d b'|,
+    mu_f = mu_d + (mu_s - mu_d) exp(-s_p / l_w),    s_p' = |s' - l_p b'|,
 
-and the friction traction is ``-mu p b``. It depends on the path alone, not on its speed or on the
-steps by which it is followed: b is integrated exactly along the straight slip of a step, and k
-grows by the length of the step's permanent slip. In the limit of d = 0 the law is Coulomb's. A
-point that loses contact loses its state.
+and at the contact pressure p the friction traction is ``t_f = -mu_f p b``. It depends on the path
+alone, not on its speed or on the steps by which it is followed: b is integrated exactly along the
+straight slip of a step, and s_p grows by the length of the step's permanent slip. In the limit of
+l_p = 0 the law is Coulomb's. A point that loses contact loses its state.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Grip:
     mobilised
         Mobilised share b of the friction, shape (3,).
     slid_mm
-        Length k of permanent slip since the point came into contact.
+        Length s_p of permanent slip since the point came into contact.
     """
 
     mobilised: Expr
@@ -56,9 +56,9 @@ class FrictionLaw:
     mesh
         Mesh on which the forms are integrated.
     friction
-        Coefficients, and the length L over which the coefficient falls.
+        Coefficients, and the length l_w over which the coefficient falls.
     presliding_mm
-        Length d.
+        Length l_p.
     """
 
     def __init__(self, mesh: dmesh.Mesh, friction: Friction, presliding_mm: float) -> None:
@@ -79,10 +79,10 @@ class FrictionLaw:
     def opposed_slip(self, before: Grip, slip: Expr) -> Expr:
         """Return the integral of ``|b|^2 |s'|`` along a straight slip, mm.
 
-        Times the largest friction ``mu p``, it is the energy dissipated: of the work ``mu p b.s'``
-        against friction, the part ``mu p b.d b'`` is recoverable, and what is dissipated is
-        ``mu p b.(s' - d b') = mu p |b|^2 |s'|``, which is never negative. The integral is exact,
-        like b.
+        Times the largest friction ``mu_f p``, it is the energy dissipated: of the work
+        ``mu_f p b.s'`` against friction, the part ``mu_f p b.l_p b'`` is recoverable, and what is
+        dissipated is ``mu_f p b.(s' - l_p b') = mu_f p |b|^2 |s'|``, which is never negative. The
+        integral is exact, like b.
         """
         d, b = self._presliding, before.mobilised
         length = _length(slip / d)
@@ -96,7 +96,7 @@ class FrictionLaw:
         )
 
     def coefficient(self, grip: Grip) -> Expr:
-        """Return the coefficient of friction."""
+        """Return the coefficient of friction mu_f."""
         weakened = ufl.exp(-grip.slid_mm / self._weakening)
         return self._dynamic + (self._static - self._dynamic) * weakened
 

@@ -1,8 +1,8 @@
 """A law whose stiffness, fibre direction and strain at rest vary from point to point.
 
-The energy per volume is ``k / (s w^2) W(F Q S)``. The factor k multiplies all moduli. Q is the
-rotation that turns Z into the fibres' direction d the shortest way. S is the stretch of the tissue
-from its stress-free state to the undeformed stalk, s along Z and w along X and Y (growth as a
+The energy per undeformed volume is ``k_m / (s w^2) W(F Q S)``. The factor k_m multiplies all
+moduli. Q is the rotation that turns Z into the fibres' direction the shortest way. The stretch of
+the tissue from its stress-free state to the undeformed stalk is ``S = diag(w, w, s)`` (growth as a
 multiplicative part of the deformation: Rodriguez, Hoger and McCulloch 1994, Journal of Biomechanics
 27, 455-467).
 """
@@ -21,7 +21,10 @@ from ramiefenics.model.laws.base import Expr, Law, Memory, State
 STIFFNESS, FIBRE_X, FIBRE_Y, STRETCH, WIDTH = (
     f"local_{name}" for name in ("stiffness", "fibre_x", "fibre_y", "stretch", "width")
 )
-"""Parameters that may vary from point to point: k, two components of d, and s together with w."""
+"""Parameters that may vary from point to point.
+
+They are k_m, two components of the fibres' direction, and s together with w.
+"""
 
 
 @functools.cache
@@ -58,12 +61,12 @@ def fibre(p: Mapping[str, Any]) -> Expr:
 
 
 def _share(p: Mapping[str, Expr]) -> Expr:
-    """Return the factor on the energy."""
+    """Return the factor ``k_m / (s w^2)`` on the energy."""
     return p.get(STIFFNESS, 1) / (p[STRETCH] * p[WIDTH] ** 2 if STRETCH in p else 1)
 
 
 def _elastic(F: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the deformation gradient relative to stress-free tissue with fibres along Z."""
+    """Return ``F Q S``, the deformation gradient of stress-free tissue with fibres along Z."""
     first, second, third = (F[:, i] for i in range(3))
     if FIBRE_X in p:
         d = fibre(p)

@@ -68,7 +68,7 @@ def round_section(stalk: Stalk, points: Array) -> tuple[Array, Array]:
     up = (math.cos(angle) * y - math.sin(angle) * x) / (flat * scale)
     if stalk.void_offset_mm == 0.0:
         return across, up
-    # within the innermost layer, up is y + slope (outer - r) with r^2 = x^2 + y^2
+    # within the innermost layer, up is y + slope (outer - rho), rho^2 = x^2 + y^2
     inner, outer = stalk.radii_mm[:2]
     slope = stalk.void_offset_mm / flat / (outer - inner)
     fixed = up - slope * outer

@@ -1,16 +1,17 @@
 """Frictionless contact between the void's walls where the void closes.
 
-Each point of the roof is paired with the point where its normal meets the floor, anew at every
-accepted step. Until the next one, a pair keeps its points on both walls and its direction n, from
-floor to roof. With the gap ``g = n.(x - y)`` and an area a of the roof at rest, the walls store
+Each point x_i of the roof is paired with the point y_i where its normal meets the floor, anew at
+every accepted step. Until the next one, a pair keeps its points on both walls and its direction
+n_i, from floor to roof. With the areas a_i of the roof at rest, the walls store the energy
 
-    W = gamma / 2 sum a [-g]_+^2
+    gamma_v / 2 sum a_i [-n_i.(x_i - y_i)]_+^2,    gamma_v = 20 m^2 E_X / t_v
 
 (a penalty method with Gauss points against segments: Fischer and Wriggers 2005). The forces are the
-derivative of this energy, so that they are in equilibrium. gamma is the same multiple of stiffness
-over thickness as in contact with cylinders. Nitsche's method would need the stress beside the gap;
-here the walls penetrate each other by ``p / gamma``, a share p / (20 E_X) of a cell for cells of
-first order.
+derivative of this energy, so that they are in equilibrium. gamma_v is the same multiple of
+stiffness over thickness as in contact with cylinders, with the order m of the elements, the
+innermost layer's E_X, and the thickness t_v of the bore's cells. Nitsche's method would need the
+stress beside the gap; here the walls penetrate each other under the pressure p by ``p / gamma_v``,
+a share p / (20 E_X) of a cell for cells of first order.
 """
 
 from __future__ import annotations
@@ -54,11 +55,12 @@ class Pairs:
     Attributes
     ----------
     gaps
-        Sparse matrix that maps the nodes' positions to the gaps, mm, shape (p, 3 n).
+        Sparse matrix that maps the nodes' positions to the gaps ``n_i.(x_i - y_i)``, mm, shape
+        (p, 3 n).
     stiffness
-        Product of gamma and a above, N/mm, shape (p,).
+        Products of gamma_v and a_i above, N/mm, shape (p,).
     upwards
-        Component of n along Y, shape (p,).
+        Components of n_i along Y, shape (p,).
     """
 
     gaps: sparse.csr_array
@@ -82,7 +84,7 @@ class VoidContact:
     diameter_mm
         Diameter of the void.
     stiffness_MPa
-        Multiple of the stiffness above; gamma is this over the cells' thickness.
+        The product 20 m^2 E_X above; gamma_v is this over the cells' thickness t_v.
 
     Attributes
     ----------

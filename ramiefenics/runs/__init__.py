@@ -1,7 +1,7 @@
 """Many simulations: tasks on any executor, with results in a content-addressed store."""
 
 from ramiefenics.runs.cluster import dask_workers, mpi_ranks
-from ramiefenics.runs.executor import Done, Runs, Task, workers
+from ramiefenics.runs.executor import Done, Runs, Task, lasting, workers
 from ramiefenics.runs.simulation import KeptRun, SharedRuns, Simulation
 from ramiefenics.runs.store import Store, key_of
 
@@ -15,6 +15,7 @@ __all__ = [
     "Task",
     "dask_workers",
     "key_of",
+    "lasting",
     "mpi_ranks",
     "workers",
 ]

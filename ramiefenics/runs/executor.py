@@ -25,6 +25,7 @@ _ONE_AT_A_TIME = threading.Lock()
 """Lock for computing, as Gmsh has one state per process, however many threads a worker has."""
 
 T = TypeVar("T")
+M = TypeVar("M")
 T_co = TypeVar("T_co", covariant=True)
 
 
@@ -213,6 +214,16 @@ def compute(task: Task[object], folder: Path | None = None, name: str = "") -> s
             text = task.compute()
             store.put(names, text)
     return text
+
+
+@contextmanager
+def lasting(runs: M | None) -> Iterator[M | Runs]:
+    """Provide the given runs or else default ones, whose local processes last until the end."""
+    if runs is not None:
+        yield runs
+        return
+    with workers() as pool:
+        yield Runs(executor=pool)
 
 
 @contextmanager

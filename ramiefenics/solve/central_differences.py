@@ -1,18 +1,24 @@
 """Central differences: motion of a structure with lumped mass under its own forces.
 
-    M (v+ - v-) / dt = -R(u + b dt v-),        u+ = u + dt v+
+    M (v+ - v-) / dt = -R(u + beta dt v-),        u+ = u + dt v+
 
-with velocities half-way between the displacements (Belytschko, Liu and Moran 2000, section 6.2).
-The forces are those at the position that the structure will reach after ``b dt``. In a linear
-structure this adds a viscosity ``C = b dt K``, which damps a mode of frequency w by the share
-``b w dt / 2`` of its critical damping, at no cost. With ``a = (w dt)^2`` the amplitudes obey ``x+ =
-(2 - a - a b) x - (1 - a b) x-``, which stays bounded while ``a (1 + 2 b) <= 4``: the longest stable
-step is ``2 / (w sqrt(1 + 2 b))`` for the highest w, and Courant's for ``b = 0``.
+with the time step dt, the residual R, and velocities v half-way between the displacements u
+(Belytschko, Liu and Moran 2000, section 6.2). The forces are those at the position that the
+structure will reach after ``beta dt``. In a linear structure this adds the viscosity
+``beta dt dR/du``, which damps a mode of the angular frequency omega by the share
+``beta omega dt / 2`` of its critical damping, at no cost. With ``Omega = omega dt`` its amplitudes
+obey
 
-This hardly damps slow vibrations. They are damped instead by a drag ``c M (v - m)`` on the
-difference between the velocity and its mean m over the past time T, ``m' = (v - m) / T``. The drag
-acts on vibrations that are faster than T, and hardly on slower motion (selective frequency damping:
-Akervik and others 2006, Physics of Fluids 18, 068102).
+    u+ = (2 - Omega^2 (1 + beta)) u - (1 - Omega^2 beta) u-,
+
+which stays bounded while ``Omega^2 (1 + 2 beta) <= 4``: the longest stable step is
+``2 / (omega_max sqrt(1 + 2 beta))``, with the highest frequency omega_max, and Courant's for
+``beta = 0``.
+
+This hardly damps slow vibrations. They are damped instead by a drag ``c_v M (v - v_m)`` on the
+difference between the velocity and its mean v_m over the past time T_m, which follows from the rate
+``v_m' = (v - v_m) / T_m``. The drag acts on vibrations that are faster than T_m, and hardly on
+slower motion (selective frequency damping: Akervik and others 2006, Physics of Fluids 18, 068102).
 """
 
 from __future__ import annotations
@@ -33,8 +39,8 @@ LEAST_ITERATIONS, MOST_ITERATIONS = 12, 60
 The least number lets a mode emerge that was not the highest before."""
 
 RITZ_TOLERANCE = 0.02
-"""Tolerance on the residual of the highest eigenvalue, w^2, relative to that value. The estimate is
-the sum of value and residual."""
+"""Tolerance on the residual of the highest eigenvalue, omega_max^2, relative to that value. The
+estimate is the sum of value and residual."""
 
 Array = NDArray[np.float64]
 
@@ -47,16 +53,16 @@ class CentralDifferences:
     u
         Displacement, mm; updated in place. Held components stay as they are.
     mass
-        Lumped mass, tonne, shape (n,): one entry per component that this rank owns.
+        Lumped mass M, tonne, shape (n,): one entry per component that this rank owns.
     bcs
         Dirichlet conditions; their components are held.
     residual
-        Function that returns the residual at the current displacement, N, shape (n,). The next call
-        may overwrite the array.
+        Function that returns the residual R at the current displacement, N, shape (n,). The next
+        call may overwrite the array.
     viscosity
-        Viscosity b of the module's description.
+        Viscosity beta of the module's description.
     drag_per_s, smoothing_s
-        Drag c and averaging time T of the module's description.
+        Drag c_v and averaging time T_m of the module's description.
 
     Attributes
     ----------
@@ -126,7 +132,7 @@ class CentralDifferences:
             fast = middle - self._smooth
             self.damping_work_Nmm += span * self._drag * self._sum(self._mass * middle * fast)
             self._smooth += min(span / self._smoothing, 1.0) * fast
-        if self._forces is not None:  # the change of force over a step is dt K v, to first order
+        if self._forces is not None:  # the force changes by dt dR/du v, to first order
             self.damping_work_Nmm += ahead * self._sum(middle * (forces - self._forces))
         self._forces = forces
         self._move(length_s)
@@ -139,7 +145,7 @@ class CentralDifferences:
         return 2.0 / (frequency * math.sqrt(1.0 + 2.0 * self.viscosity))
 
     def highest_frequency(self) -> float:
-        """Estimate the highest angular frequency at the current state, 1/s.
+        """Estimate the highest angular frequency omega_max at the current state, 1/s.
 
         The method is Arnoldi's (1951), as the tangent of contact is not symmetric. It starts from
         the result of the last estimate, and applies the tangent as a difference quotient of the

@@ -1,8 +1,8 @@
 """Bending test with inertia in explicit time steps, as a check of the quasi-static result.
 
-The indenter's velocity rises by the smooth step ``10 x^3 - 15 x^4 + 6 x^5`` and then stays
-constant. So many steps are needed that its travel in one of them is far below any length of the
-problem.
+The indenter's velocity rises by the smooth step ``10 x^3 - 15 x^4 + 6 x^5``, where x is the time
+over that of the rise, and then stays constant. So many steps are needed that its travel in one of
+them is far below any length of the problem.
 """
 
 from __future__ import annotations

@@ -54,16 +54,16 @@ class NewtonOutcome:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Inertia in a time step: the term ``mass (u - predicted) / time_step^2`` of the residual.
+    """Inertia in a time step: the term ``M (u - u_p) / dt^2`` of the residual.
 
     Attributes
     ----------
     mass
-        Lumped mass, tonne, one entry per degree of freedom.
+        Lumped mass M, tonne, one entry per degree of freedom.
     predicted
-        Displacement that the structure would reach without forces, mm.
+        Displacement u_p that the structure would reach without forces, mm.
     time_step_s
-        Time step, s.
+        Time step dt, s.
     """
 
     mass: PETSc.Vec

@@ -81,7 +81,11 @@ def _crossing(x: Array, f: Array, level: float) -> float:
 def _straight_error(
     x: Array, f: Array, jumped: NDArray[np.bool_], plateau_mm: tuple[float, float]
 ) -> float:
-    """Return the largest ``h^2 f'' / 8`` at points on a plateau, or near the highest point."""
+    """Return the largest error of linear interpolation on a plateau, or near the highest point.
+
+    At a point between two steps it is ``length^2 P'' / 8``, with the length of the longer one and
+    the second derivative of the force P. Next to a jump it is as described in `Peak`.
+    """
     if len(f) < 3:
         return float("nan")
     top, steps = int(f.argmax()), np.diff(x)

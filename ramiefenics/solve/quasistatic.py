@@ -216,9 +216,9 @@ class QuasiStatic(Generic[T]):
         """Return the largest ratio of the next step to this one that the error of this one allows.
 
         The error is that of linear interpolation between the ends of the step. It is estimated from
-        the difference between the force and its linear extrapolation (Milne's device): for a second
-        derivative f'' the former is ``length^2 f'' / 8``, and the latter
-        ``length (length + last length) f'' / 2``.
+        the difference between the force and its linear extrapolation (Milne's device): if the force
+        P has the second derivative P'', the former is ``length^2 P'' / 8``, and the latter
+        ``length (length + last length) P'' / 2``.
         """
         force = step.observables.force_N
         longest = LONGER if step.iterations <= EASY_ITERATIONS else 1.0

@@ -1,7 +1,7 @@
 """Dynamic relaxation at a fixed position of the drive, from one equilibrium path to the next.
 
 Where a path turns back, no equilibrium is left nearby, and a real structure jumps. The motion is
-followed by ``M a + R(u) = 0`` and the backward Euler method, with time steps that grow as long as
+followed by ``M u'' + R(u) = 0`` and the backward Euler method, with time steps that grow as long as
 they converge easily. Inertia keeps the solution of each step near the last one, the method
 dissipates the kinetic energy, and the limit of long steps is equilibrium. Time steps are
 proportional to the structure's own periods, so only the distribution of the mass matters, not its

@@ -36,6 +36,9 @@ UNBALANCED = 0.05
 """Share of the indenter's work that may remain unaccounted for without a note. The trapezoidal rule
 over default steps loses less than a hundredth."""
 
+RECOVERED = 0.001
+"""Share of the energy dissipated by the material by which it may fall again without a note."""
+
 
 @dataclass(frozen=True)
 class Statistics:
@@ -229,7 +232,8 @@ class BendingResult(Result):
         complete = self.ending.kind == "completed"
         ended = [] if complete else [f"not completed: {self.ending.reason}"]
         later = [f"test {k}: {note}" for k, one in self.later.items() for note in one.notes()]
-        return [*lost, *self._unsearched(), *meeting, *jumps, *self._unbalanced(), *ended, *later]
+        energies = [*self._unbalanced(), *self._recovered()]
+        return [*lost, *self._unsearched(), *meeting, *jumps, *energies, *ended, *later]
 
     def _unbalanced(self) -> list[str]:
         """Return by how much the energies differ from the indenter's work, if by much."""
@@ -240,6 +244,18 @@ class BendingResult(Result):
             f"the indenter's work differs by {100.0 * abs(share):.0f} % from the sum of the energy "
             "stored, dissipated by friction and by the material, and released by jumps: use "
             "shorter steps (numerics.stepping.max_step_mm)"
+        ]
+
+    def _recovered(self) -> list[str]:
+        """Return where the energy dissipated by the material falls, which no material does."""
+        spent = self.curve["dissipated_Nmm"].to_numpy()
+        fallen = np.maximum.accumulate(spent) - spent
+        if fallen.max() <= RECOVERED * spent.max():
+            return []
+        at = self.curve["displacement_mm"].iloc[int(fallen.argmax())]
+        return [
+            f"the energy dissipated by the material falls by {fallen.max():.3g} N mm until "
+            f"{at:.2f} mm of travel: the law is used where it is not valid"
         ]
 
     def _energy_imbalance(self) -> float | None:

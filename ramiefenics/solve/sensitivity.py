@@ -1,12 +1,13 @@
 """Derivatives of the force curve with respect to anything in the specification, from one run.
 
-Differentiating the equations ``R(u, a) = 0`` along the path gives ``K u' = - dR/da``: one more
-solve per step with the tangent K of the converged state. A parameter may change the residual
-through constants, coordinates of the mesh, the fixture and all that contact remembers of the step
-before. None of these changes has to be stated. Instead, a twin of the problem, made from a
-specification that differs by a small amount a, is carried along the path in the state ``u + a u'``.
-The difference of the residuals over a is ``dR/da`` at first, and afterwards the error of u', which
-the factorised tangent corrects.
+Differentiating the equations ``R(u, a) = 0`` with respect to a parameter a along the path gives
+``dR/du du/da = -dR/da``, one more system of linear equations per step, with the tangent dR/du of
+the converged state. A parameter may change the residual through constants, coordinates of the mesh,
+the fixture and all that contact remembers of the step before. None of these changes has to be
+stated. Instead, a twin of the problem, made from a specification that differs by a small delta_a,
+is carried along the path in the state ``u + delta_a du/da``. The difference of the residuals over
+delta_a is ``dR/da + dR/du du/da``, which vanishes at the solution. Until it does, the factorised
+tangent corrects du/da.
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ class Tangent:
         return solutions
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec, tolerance: float, added: PETSc.Vec | None) -> None:
-        """Solve ``tangent x = b``, where b is the residual at the current state.
+        """Solve ``dR/du x = b``, where b is the residual R at the current state.
 
         Parameters
         ----------

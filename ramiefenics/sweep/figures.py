@@ -78,7 +78,10 @@ def force_figure(found: Sweep) -> Figure:
 
 
 def _label(found: Sweep, key: str) -> str:
-    """Return a label of a key, with its place if another key has the same last part."""
+    """Return a label of a key, with its place if another has the same last part, or an effect."""
+    if key in found.effects:
+        unit = found.effects[key]
+        return label_of(key) + ("" if unit == "1" else f" ({unit})")
     place = found.names[key].rpartition(".")[0]
     return f"{label_of(key)}, {place}" if place else label_of(key)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -31,28 +31,31 @@ DIGITS = re.compile(r"\d[\d.,]*(e[+-]?\d+)?")
 
 @dataclass(frozen=True, repr=False)
 class Sweep(Result):
-    """Simulations of one specification with some of its values varied.
+    """Simulations of one specification with some of its values varied, or effects added.
 
     Attributes
     ----------
     test
         The specification before any value was changed.
     runs
-        One row per run: the given values, by key, ``max_force_N``, ``displacement_at_max_mm``,
-        ``slope_N_per_mm`` (NaN if the run ended early while the force still rose),
-        ``still_rising`` (whether the force still rises at the largest travel; None if the run
-        failed) and ``ending``.
+        One row per run: the given values, by key, and amplitudes, by effect; ``max_force_N``,
+        ``displacement_at_max_mm``, ``slope_N_per_mm`` (NaN if the run ended early while the force
+        still rose), ``still_rising`` (whether the force still rises at the largest travel; None if
+        the run failed) and ``ending``.
     done
         The simulations, in the same order; None where one failed.
+    effects
+        Units of the amplitudes, by effect.
     """
 
     test: BendingTest
     runs: pd.DataFrame
     done: tuple[KeptRun | None, ...]
+    effects: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def given(self) -> list[str]:
-        """Keys of all given values."""
+        """Keys of all given values, and names of effects."""
         return [str(name) for name in self.runs if name not in NOT_KEYS]
 
     @property
@@ -124,9 +127,9 @@ class Sweep(Result):
         return self.runs.head(30).rename(columns=self.names)
 
     def numbers(self) -> dict[str, Any]:
-        """Return the runs and the specification."""
+        """Return the runs, units of amplitudes, and the specification."""
         rows = self.runs.to_dict("records")
-        return {"runs": rows, "specification": to_dict(self.test)}
+        return {"runs": rows, "effects": dict(self.effects), "specification": to_dict(self.test)}
 
     def tables(self) -> dict[str, Table]:
         """Return the runs, and their curves by the number of the run, counted from 0."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ramiefenics.effects.base import Effect
+from ramiefenics.effects.combining import with_effects
 from ramiefenics.model.laws import check_law
 from ramiefenics.runs import Done, KeptRun, Runs, Simulation
 from ramiefenics.specification import BendingTest, SpecificationError, override
@@ -28,10 +28,9 @@ Value = float | int | str | bool
 
 def sweep(
     test: Source,
-    values: Mapping[str, Sequence[Value]],
-    executor: Executor | None = None,
-    folder: Path | None = None,
-    on_done: Callable[[int], None] | None = None,
+    values: Mapping[str, Sequence[Value]] | None = None,
+    effects: Sequence[tuple[Effect, Sequence[float]]] = (),
+    runs: Runs | None = None,
     **changes: Any,
 ) -> Sweep:
     """Simulate a test with all combinations of given values.
@@ -42,37 +41,59 @@ def sweep(
         The specification to start from, its file, or the name of a published one.
     values
         Values to try, by key, as for `override`: ``{"indenter_radius_mm": [5, 10]}``.
-    executor, folder, on_done
-        Executor of the simulations, folder in which they are kept, and callback on progress: see
-        `Runs`.
+    effects
+        Effects and their amplitudes to try. Effects are added after all values are set, in the
+        order given.
+    runs
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
     changes
         Changes to the specification to start from, see `as_test`.
 
     Raises
     ------
     SpecificationError
-        If a key or value is refused, or there are no runs or too many. Nothing has been simulated
-        then.
+        If a key, value or amplitude is refused, or there are no runs or too many. Nothing has been
+        simulated then.
     KeyboardInterrupt
         If the user interrupts the sweep; finished simulations are kept.
     """
     test = as_test(test, **changes)
-    number = math.prod(map(len, values.values()))
-    if not values or not 0 < number <= MOST:
-        raise SpecificationError("sweep", number, f"must be 1 to {MOST} runs")
-    _check_distinct(test, values)
-    chosen = list(itertools.product(*values.values()))
-    tests = [override(test, dict(zip(values, row, strict=True))) for row in chosen]
+    values = {} if values is None else values
+    tried = [*values.values(), *(amplitudes for _, amplitudes in effects)]
+    number = math.prod(map(len, tried))
+    if not tried or not 0 < number <= MOST:
+        raise SpecificationError("sweep", 0 if not tried else number, f"must be 1 to {MOST} runs")
+    _check_distinct(test, values, [effect.name for effect, _ in effects])
+    chosen = list(itertools.product(*tried))
+    tests = [_changed(test, list(values), [effect for effect, _ in effects], row) for row in chosen]
     for changed in tests:
         check_law(changed)
-    done = Runs(folder, executor, on_done).map([Simulation(changed) for changed in tests])
-    table = pd.DataFrame(chosen, columns=list(values))
+    done = (Runs() if runs is None else runs).map([Simulation(changed) for changed in tests])
+    table = pd.DataFrame(chosen, columns=[*values, *(effect.name for effect, _ in effects)])
     numbers = pd.DataFrame([_row(one) for one in done])
-    return Sweep(test, pd.concat([table, numbers], axis=1), tuple(one.value for one in done))
+    return Sweep(
+        test,
+        pd.concat([table, numbers], axis=1),
+        tuple(one.value for one in done),
+        {effect.name: effect.unit for effect, _ in effects},
+    )
 
 
-def _check_distinct(test: BendingTest, values: Mapping[str, Sequence[Value]]) -> None:
-    """Check that no key is given both in short and as a whole."""
+def _changed(
+    test: BendingTest, keys: Sequence[str], effects: Sequence[Effect], row: Sequence[Any]
+) -> BendingTest:
+    """Return a test with the values of a row: those of the keys, then the effects' amplitudes."""
+    changed = override(test, dict(zip(keys, row, strict=False)))
+    return with_effects(changed, zip(effects, row[len(keys) :], strict=True))
+
+
+def _check_distinct(
+    test: BendingTest, values: Mapping[str, Sequence[Value]], effects: Sequence[str]
+) -> None:
+    """Check that no key is given both in short and as a whole, and no effect twice."""
+    for number, name in enumerate(effects):
+        if name in values or name in effects[:number]:
+            raise SpecificationError(f"effect {name}", name, "must not be given twice")
     data, names = to_dict(test), dict[str, str]()
     for name, some in values.items():
         key = full_key(data, name, some[0])
@@ -82,8 +103,10 @@ def _check_distinct(test: BendingTest, values: Mapping[str, Sequence[Value]]) ->
         names[key] = name
 
 
-def values_by_key(assignments: Iterable[str]) -> dict[str, tuple[Value, ...]]:
-    """Return the values of several assignments by key, see `values_of`.
+def values_by_key(
+    assignments: Iterable[str], option: str = "--set"
+) -> dict[str, tuple[Value, ...]]:
+    """Return the values of several assignments of an option by key, see `values_of`.
 
     Raises
     ------
@@ -92,15 +115,15 @@ def values_by_key(assignments: Iterable[str]) -> dict[str, tuple[Value, ...]]:
     """
     values: dict[str, tuple[Value, ...]] = {}
     for assignment in assignments:
-        key, some = values_of(assignment)
+        key, some = values_of(assignment, option)
         if key in values:
             allowed = f"must not be given twice; list all values at once, as in {key}=1,2"
-            raise SpecificationError("--set", assignment, allowed)
+            raise SpecificationError(option, assignment, allowed)
         values[key] = some
     return values
 
 
-def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
+def values_of(assignment: str, option: str = "--set") -> tuple[str, tuple[Value, ...]]:
     """Return the key and the values of ``key=low:high:number`` or ``key=value,value``.
 
     Raises
@@ -111,7 +134,7 @@ def values_of(assignment: str) -> tuple[str, tuple[Value, ...]]:
     key, equals, text = (part.strip() for part in assignment.partition("="))
     if not key or not equals or not text:
         allowed = "must be of the form key=low:high:number or key=value,value"
-        raise SpecificationError("--set", assignment, allowed)
+        raise SpecificationError(option, assignment, allowed)
     parts = text.split(":")
     if len(parts) == 1:
         return key, tuple(_parsed(one.strip()) for one in text.split(","))

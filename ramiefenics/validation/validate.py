@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ramiefenics.calibration.calibrate import respond
-from ramiefenics.calibration.campaign import Campaign, run_campaign
+from ramiefenics.calibration.campaign import run_campaign
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.optimum import nearest
-from ramiefenics.runs import workers
-from ramiefenics.specification import BendingTest
+from ramiefenics.runs import Runs, lasting
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
@@ -23,10 +20,8 @@ from ramiefenics.validation.study import Split, ValidationStudy, read_validation
 
 def validate(
     study: ValidationStudy | str | Path = "published",
-    executor: Executor | None = None,
-    folder: Path | None = None,
+    runs: Runs | None = None,
     on_stage: Callable[[str, int], None] | None = None,
-    on_done: Callable[[int], None] | None = None,
 ) -> Validation:
     """Calibrate on some observations, predict others, and compare with the measurements.
 
@@ -34,12 +29,10 @@ def validate(
     ----------
     study
         A validation, its file, or the name of one that comes with the code.
-    executor, folder
-        Executor of the simulations, and folder in which they are stored; see `Runs`.
+    runs
+        Runs the simulations; by default on all cores, with results kept in the user's cache.
     on_stage
         Called at the beginning of each stage with its name and its number of simulations.
-    on_done
-        Called with the number of simulations done since the last call; see `Runs`.
 
     Raises
     ------
@@ -55,18 +48,17 @@ def validate(
     targets = {name: part.targets() for name, part in parts.items()}
     on_stage("simulating", sum(part.distinct for part in parts.values()))
     observed, assessments = {}, []
-    with workers(executor) as pool:
+    with lasting(runs) as runs:
         for observation in study.observations:
             name, target = observation.name, targets[observation.name]
             assert target is not None  # every observation has a target
-            found = respond(parts[name], pool, folder, on_done)
+            found = respond(parts[name], runs)
             value, error = float(target.values[0]), float(target.errors[0])
             observed[name] = Observed(value, error, observation.published, found)
-        run = partial(run_campaign, executor=pool, folder=folder, on_done=on_done)
         for split in study.splits:
             number = len(split.on) + len(study.predicted(split))
             on_stage(f"calibrating on {', '.join(split.on)}", number)
-            assessments.append(_assess(study, split, observed, run))
+            assessments.append(_assess(study, split, observed, runs))
     return Validation(study, observed, tuple(assessments))
 
 
@@ -74,7 +66,7 @@ def _assess(
     study: ValidationStudy,
     split: Split,
     observed: Mapping[str, Observed],
-    run: Callable[[list[BendingTest]], Campaign],
+    runs: Runs,
 ) -> Assessment:
     names = (*split.on, *study.predicted(split))
     surfaces = {name: observed[name].found.surfaces[study.response] for name in names}
@@ -94,7 +86,7 @@ def _assess(
     tests = [
         observed[n].found.space.tests(observed[n].found.baseline, best[None])[0] for n in names
     ]
-    outcomes = run(tests).outcomes
+    outcomes = run_campaign(tests, runs).outcomes
 
     def predictions(weighted: Weighted) -> dict[str, Prediction]:
         return {name: Prediction(weighted, surface) for name, surface in surfaces.items()}

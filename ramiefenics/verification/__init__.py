@@ -16,6 +16,7 @@ from ramiefenics.verification.sliding import sliding
 from ramiefenics.verification.stability import stability
 from ramiefenics.verification.study import Check, Plot, Series, Study
 from ramiefenics.verification.tangent import tangent
+from ramiefenics.verification.task import StudyTask
 
 STUDIES: dict[str, Callable[[], Study]] = {
     study.__name__: study
@@ -39,4 +40,4 @@ STUDIES: dict[str, Callable[[], Study]] = {
 }
 """All studies by name, in the order of the report; a new one is listed here."""
 
-__all__ = ["STUDIES", "Check", "Plot", "Series", "Study", "Verification"]
+__all__ = ["STUDIES", "Check", "Plot", "Series", "Study", "StudyTask", "Verification"]

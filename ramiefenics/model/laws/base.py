@@ -198,9 +198,9 @@ class Law:
 
 
 def stiffness_entries(elastic: Elastic) -> tuple[float, float, float, float]:
-    """Return C11, C12, C13, C33 of a layer that is isotropic in its cross-section, MPa.
+    """Return C_11, C_12, C_13, C_33 of a layer that is isotropic in its cross-section, MPa.
 
-    The shear moduli are in `elastic`; each law accounts for a G_XY other than (C11 - C12) / 2.
+    The shear moduli are in `elastic`; each law accounts for a G_XY other than (C_11 - C_12) / 2.
     """
     stiffness = elastic.stiffness()
     return stiffness[0, 0], stiffness[0, 1], stiffness[0, 2], stiffness[2, 2]

@@ -2,18 +2,20 @@
 
 The deformation gradient is ``F = F_e F_p`` with a plastic part F_p within the section (Lee 1969).
 The energy per undeformed volume is the default law's energy of F_e, because the amount of cell
-wall, with the fibres in it, does not change. The block of the elastic part's Mandel stress
-``F_e^T dW/dF_e`` within the section has two principal values. Where one of them is a pressure above
+wall, with the fibres in it, does not change. M, the block of the elastic part's Mandel stress
+``F_e^T dW/dF_e`` within the section, has two principal values. Where one of them is a pressure
+above
 
-    Y = s_Y / (1 - a / a_D),    a = -ln det F_p,
+    Y = C_11 (eps_c / (1 - alpha_p / alpha_D) + y),    alpha_p = -ln det F_p,
 
 the tissue is crushed along that direction, and only along it: cells that collapse do not bulge
-(Gibson and Ashby 1997, section 5.3). As the area loss a approaches a_D, where the cells are closed,
-Y grows without limit. Tension does not reopen the cells. Of the strain beyond Y, the share
-``crushed_share`` crushes the tissue, and the rest raises Y permanently. Crushing along the
-directions d_i changes the plastic part by ``exp(-sum g_i d_i (x) d_i)``. The amounts g_i follow in
-closed form from the trial stress, which falls by ``C11 g_i + C12 g_j`` according to the stiffness
-at rest. The difference between that and the law's own stiffness is left to the next step.
+(Gibson and Ashby 1997, section 5.3). As the area loss alpha_p approaches alpha_D, where the cells
+are closed, Y grows without limit. Tension does not reopen the cells. Of the strain beyond Y, the
+share ``crushed_share`` crushes the tissue, and the rest raises y permanently. Crushing by the
+amounts z_i along the principal directions d_i multiplies F_p from the left by
+``exp(-sum z_i d_i (x) d_i)``. It lowers the pressure along d_i by ``C_11 z_i + C_12 z_j``,
+according to the stiffness C_ij at rest, so that the amounts follow in closed form from the trial
+stress. The difference between that and the law's own stiffness is left to the next step.
 """
 
 from __future__ import annotations
@@ -28,16 +30,16 @@ from ramiefenics.model.laws.saturating_fibre import SATURATING_FIBRE, fibre_stra
 from ramiefenics.specification import Material
 
 CONSTANTS = (
-    Constant("crushing_strain", "1", default=0.05, above=0.0),  # s_Y / C11
-    Constant("densified", "1", default=0.4, above=0.0),  # a_D
+    Constant("crushing_strain", "1", default=0.05, above=0.0),  # eps_c
+    Constant("densified", "1", default=0.4, above=0.0),  # alpha_D
     Constant("crushed_share", "1", default=1.0, at_least=0.0, at_most=1.0),
 )
 
 START: dict[str, Any] = {"unloading": ((1.0, 0.0), (0.0, 1.0)), "resistance": 0.0}
-"""Internal variables of the section at rest: the inverse of F_p, and the gain of Y over C11."""
+"""Internal variables of the section at rest: the inverse of F_p, and the hardening y."""
 
 ROUNDING = 1e-10
-"""Half difference of the principal stresses over C11 below which directions are smoothed out."""
+"""Half difference of the principal stresses over C_11 below which directions are smoothed out."""
 
 
 def parameters(material: Material) -> dict[str, float]:
@@ -79,7 +81,7 @@ def crushed(
     gained = last["resistance"]
     left = p["densified"] - ufl.ln(ufl.det(u))
     first, second, harder = _amounts(radius - mean - gained, -radius - mean - gained, left, p)
-    # exp(first d1 (x) d1 + second d2 (x) d2), d1 along the higher pressure
+    # exp(z_1 d_1 (x) d_1 + z_2 d_2 (x) d_2), d_1 along the higher pressure
     middle = (ufl.exp(first) + ufl.exp(second)) / 2
     apart = (ufl.exp(first) - ufl.exp(second)) / 2 / radius
     grown = ufl.as_matrix(
@@ -89,7 +91,7 @@ def crushed(
 
 
 def _section_stress(F: Expr, of_fibres: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
-    """Return mean, half difference and shear of the Mandel stress within the section, over C11.
+    """Return mean, half difference and shear of M, the section's Mandel stress, over C_11.
 
     The shear energies do not contribute, as stretching the section does not change them. The
     exception is the energy of a G_XY other than Eq. 4's, which is neglected here.
@@ -106,22 +108,25 @@ def _section_stress(F: Expr, of_fibres: Expr, p: Mapping[str, Expr]) -> tuple[Ex
 
 
 def _amounts(high: Expr, low: Expr, left: Expr, p: Mapping[str, Expr]) -> tuple[Expr, Expr, Expr]:
-    """Return the crushing of both directions, and the gain of Y over C11 by hardening.
+    """Return z_1 and z_2, the crushing along both directions, and the increase of y.
 
     Parameters
     ----------
     high, low
-        Higher and lower trial pressure over C11, as if nothing were crushed in this step, less the
-        earlier gain of Y.
+        Higher and lower trial pressure over C_11, as if nothing were crushed in this step, less
+        y before the step.
     left
-        Area loss still possible before the step, a_D - a.
+        Area loss still possible before the step, ``alpha_D - alpha_p``.
     p
         The law's parameters.
     """
     rho, share, first_y = p["rho"], p["crushed_share"], p["crushing_strain"] * p["densified"]
 
     def beyond(pressure: Expr, stiffness: Expr, times: int) -> Expr:
-        """Solve ``(pressure - falls z) (left - share z) = times first_y`` for the strain z."""
+        """Return the strain beyond Y, summed over the directions that are crushed.
+
+        It solves ``(pressure - falls * strain) * (left - share * strain) = times * first_y``.
+        """
         falls = share * stiffness + times * (1 - share)
         root = ufl.sqrt(
             (falls * left - share * pressure) ** 2 + 4 * falls * share * times * first_y

@@ -3,15 +3,16 @@
 The strain e of the default law's fibres is the sum of an elastic part and a plastic part e_p (Green
 and Naghdi 1965). Their energy, including what hardening stores, is
 
-    k/2 (e - e_p)^2 + K/2 e_p^2 + H/2 a^2,    a' = |e_p'|.
+    Psi = k/2 (e - e_p)^2 + K_k/2 e_p^2 + K_i/2 xi^2,    dxi/dt = |de_p/dt|,
 
-Their stress less the back stress K e_p stays between ``-(s_Y + H a)`` and ``k e_t + H a``. In
-monotonic compression the stress is to equal the default law's except for the rounding of its
-corner. Therefore ``s_Y = s_c k / (k - h)``, and K + H is such that the tangent beyond yield is h.
-The kinematic share of K + H and the strain e_t of yield in tension are constants of this law. The
+with the length xi of the plastic strain's path. Their stress ``k (e - e_p)`` less the back stress
+K_k e_p stays between ``-(s_Y + K_i xi)`` and ``k e_t + K_i xi``. In monotonic compression the
+stress is to equal the default law's except for the rounding of its corner. Therefore
+``s_Y = s_c k / (k - h)`` and ``K_k + K_i = h k / (k - h)``, so that the tangent beyond yield is h.
+The share of K_k in this sum and the strain e_t of yield in tension are constants of this law. The
 return to the yield surface is in closed form (Simo and Hughes 1998, box 1.4) and minimises energy
-plus dissipation over the step (Ortiz and Stainier 1999). The dissipation is |e_p'| times the
-initial strength of the side that yields.
+plus dissipation over the step (Ortiz and Stainier 1999). The rate of dissipation is |de_p/dt| times
+the initial strength of the side that yields, s_Y or k e_t.
 """
 
 from __future__ import annotations

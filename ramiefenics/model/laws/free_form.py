@@ -2,13 +2,14 @@
 
 To the default law's energy it adds
 
-    k psi(e) + (2 mu + lambda) chi(a),    a = ln(J / |f_3|),
+    k psi(e) + (2 mu + lambda') chi(alpha),    alpha = ln(J / lambda),
 
-where e is the fibres' strain, k their tangent, and a the logarithm of the section's area over that
-at rest. The added tangents psi'' and chi'' are piecewise linear. They are zero at rest, have given
-values at the fibre strains `STRAINS` (separately for tension and compression) and at the area
-losses `LOSSES` of a crushed section, and are constant beyond. The energies are therefore twice
-differentiable and linear in these values, and the stiffness at rest does not change.
+where e is the fibres' strain, lambda = |f_3| their stretch, k their tangent, and alpha the
+logarithm of the section's area over that at rest. The added tangents psi'' and chi'' are piecewise
+linear. They are zero at rest, have given values at the fibre strains `STRAINS` (separately for
+tension and compression) and at the area losses `LOSSES` of a crushed section, and are constant
+beyond. The energies are therefore twice differentiable and linear in these values, and the
+stiffness at rest does not change.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ STRAINS = (0.015, 0.03, 0.06, 0.12)
 """Strains of the fibres, in tension or compression, at which the added tangent over k is given."""
 
 LOSSES = (0.05, 0.1, 0.2, 0.4)
-"""Area losses -a of the section at which the added tangent over ``2 mu + lambda`` is given."""
+"""Area losses -alpha at which the section's added tangent over ``2 mu + lambda'`` is given."""
 
 PULLED, PRESSED, CRUSHED = (
     tuple(f"{name}_{number}" for number, _ in enumerate(knots, start=1))

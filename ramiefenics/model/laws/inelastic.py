@@ -4,22 +4,23 @@ The section is crushed as in the law `crushing`. The strain e of the fibres, com
 elastic part of the deformation, is the sum of an elastic part x and a plastic part e_p (Green and
 Naghdi 1965). With the default law's Psi, the fibres store
 
-    Psi(x) / (1 + c m)^2 + [h/2 (e^2 - x^2) if e_p < 0],    m the largest Psi(x) so far.
+    Psi(x) / (1 + c_D m)^2 + [h/2 (e^2 - x^2) if e_p < 0],    m the largest Psi(x) so far.
 
 Damage: under monotonic loading, where m = Psi, the stress is that of the default law's energy
 limiter (Volokh 2007); unloading follows the secant (Simo and Ju 1987).
 
 Yield: in tension and in compression, the fibres yield where x leaves the elastic range,
-``|x| < e_Y + w``. This is a range of strain (Naghdi and Trapp 1975), because the stress of
+``|x| < e_Y + v``. This is a range of strain (Naghdi and Trapp 1975), because the stress of
 compressed fibres reaches its plateau long before they yield. Of the strain beyond the range, the
-share s is permanent, and the rest widens the range:
+share phi is permanent, and the rest widens the range:
 
-    |e_p'| = s |e'|,    w' = (1 - s) |e'|.
+    |de_p/dt| = phi |de/dt|,    dv/dt = (1 - phi) |de/dt|.
 
-Yielding fibres thus have the tangent ``(1 - s) k`` in tension. In compression, fibres that have
-yielded keep the resistance h times the whole strain, which is the second term of the energy; with a
-smaller tangent, sheared fibres would kink. The driving force on e_p is ``Psi'(x) - h x``, or
-``Psi'(x)`` where e_p is positive, and has the sign of e_p'.
+Yielding fibres thus have the tangent ``(1 - phi) k`` in tension. In compression, fibres that have
+yielded keep the resistance h e, h times the whole strain, which is the second term of the energy;
+with a smaller tangent, sheared fibres would kink. The driving force on e_p is
+``Psi'(x) / (1 + c_D m)^2 - h x`` where e_p is negative, and the first term alone otherwise. It has
+the sign of de_p/dt unless damage has made the first term smaller than h x in magnitude.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from ramiefenics.model.laws.saturating_fibre import (
 )
 
 CONSTANTS = (
-    Constant("yielding_share", "1", default=0.0, at_least=0.0, at_most=1.0),  # s
+    Constant("yielding_share", "1", default=0.0, at_least=0.0, at_most=1.0),  # phi
     Constant("yield_strain", "1", default=0.01, above=0.0),  # e_Y
     Constant("crushed_share", "1", default=0.0, at_least=0.0, at_most=1.0),
     *(constant for constant in crushing.CONSTANTS if constant.name != "crushed_share"),
@@ -116,7 +117,7 @@ def _dissipation(F: Expr, p: Mapping[str, Expr], last: State, state: State, dura
 
 
 def _failed(largest: Expr, p: Mapping[str, Expr]) -> Expr:
-    """Return the integral of ``2 c m / (1 + c m)^3`` over m, N/mm2."""
+    """Return the integral of ``2 c_D m / (1 + c_D m)^3`` over m, N/mm2."""
     return p["c"] * (largest / (1 + p["c"] * largest)) ** 2
 
 

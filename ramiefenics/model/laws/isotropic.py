@@ -1,4 +1,4 @@
-"""Isotropic neo-Hookean solid, ``mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2``.
+"""Isotropic neo-Hookean solid, ``mu/2 (J^(-2/3) I_1 - 3) + kappa/2 (J - 1)^2``.
 
 This is what most finite-element codes call neo-Hookean (Holzapfel 2000, section 6.5). It serves to
 compare codes, and for layers that have no fibres.

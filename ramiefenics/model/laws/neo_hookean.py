@@ -1,6 +1,6 @@
 """Neo-Hookean cross-section with linear fibres.
 
-The isotropic in-plane part, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``, keeps crushed layers
+The isotropic in-plane part, ``mu/2 (I_1 - 3 - 2 ln J) + C_12/2 (ln J)^2``, keeps crushed layers
 stiff (Bonet and Wood 2008, Eq. 6.28). The contribution of the fibres is quadratic in the
 Green-Lagrange strain, so the layer kinks at an axial compression of about G_XZ / E_Z.
 """

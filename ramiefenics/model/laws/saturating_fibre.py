@@ -1,24 +1,25 @@
 """The default law, stable under crushing of the section and under compression of the fibres.
 
-With f_i = F e_i, J = det F, lam = |f_3|, the energy has five parts:
+With f_i = F e_i, J = det F, I_1 = F : F and the fibres' stretch lambda = |f_3|, the energy has five
+parts:
 
-- neo-Hookean cross-section, ``mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2``;
-- densification, ``d/24 (2 mu + lambda) ((ln J)^4 + (I1 - 3 - 2 ln J)^2 / 4)``, which does not
+- neo-Hookean cross-section, ``mu/2 (I_1 - 3 - 2 ln J) + lambda'/2 (ln J)^2``;
+- densification, ``d/24 (2 mu + lambda') ((ln J)^4 + (I_1 - 3 - 2 ln J)^2 / 4)``, which does not
   affect small strains;
-- fibre, Psi(e) with ``e = lam - 1 + r ln(J / lam)``, whose second term is the Poisson coupling.
-  The stress is linear in tension, with the tangent k, and saturates in compression,
+- fibre, Psi(e) with ``e = lambda - 1 + r ln(J / lambda)``, whose last term is the Poisson
+  coupling. The stress is linear in tension, ``Psi' = k e``, and saturates in compression,
   ``Psi' = h e - s_c tanh((k_c - h) |e| / s_c)``, with the initial tangent k_c, which equals k
   unless the fibres are bimodular. Damage limits the energy (Volokh 2007):
-  ``Psi / (1 + c Psi)``, so that the stress falls by the factor ``(1 + c Psi)^-2``;
+  ``Psi / (1 + c_D Psi)``, so that the stress falls by the factor ``(1 + c_D Psi)^-2``;
 - axial shear, ``(G_XZ - mu)/2 f(q)``, where ``q = |f_3|^2 |cof(F) e_3|^2 / J^2 - 1`` is the squared
   tangent of the angle by which the fibres lean from the normal of their cross-section. Unlike a
-  term quadratic in C_13, this does not weaken when the layer is crushed. The shear stress
-  saturates: ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
-- in-plane shear, ``(G_XY - mu)/2 cos^2(f_1, f_2)``, the excess over an isotropic plane's, which is
-  zero by default.
+  term quadratic in the Green-Lagrange strain E_13, this does not weaken when the layer is crushed.
+  The shear stress saturates: ``f = R q + 2 (1 - R) gamma_Y^2 (sqrt(1 + q / gamma_Y^2) - 1)``;
+- in-plane shear, ``(G_XY - mu)/2 (f_1 . f_2)^2 / (|f_1|^2 |f_2|^2)``, the excess over an isotropic
+  plane's, which is zero by default.
 
 Shear has to saturate because, under a shear stress tau, rank-one disturbances that do not lean the
-fibres release energy at the rate tau and are resisted by mu and lambda alone, which are some forty
+fibres release energy at the rate tau and are resisted by mu and lambda' alone, which are some forty
 times smaller than G_XZ. A law that is linear in q loses ellipticity in the crushed phloem after a
 few millimetres of travel.
 
@@ -38,10 +39,10 @@ from ramiefenics.model.laws.base import Expr, Law, stiffness_entries
 from ramiefenics.specification import Material, SpecificationError
 
 NO_FIBRES = 1e-9
-"""Axial stiffness over C33 below which a layer has no fibres, like an isotropic foam."""
+"""Value of ``C_33 - 2 mu - C_13`` over C_33 below which a layer has no fibres, like a foam."""
 
 DAMAGE_STRAIN = 0.05
-"""Tensile strain to which `LargeStrain.fibre_damage` refers."""
+"""Tensile strain eps_D to which `LargeStrain.fibre_damage` refers."""
 
 
 def _parameters(material: Material) -> dict[str, float]:

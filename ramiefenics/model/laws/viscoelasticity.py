@@ -1,21 +1,23 @@
 """Linear viscoelasticity by a Prony series on any elastic law, in parallel with another law.
 
-With the elastic energy W, of the right Cauchy-Green tensor C, shares g_i and relaxation times
-tau_i, the free energy is
+With the energy W_0 of fast loading, as a function of the right Cauchy-Green tensor C = F^T F, its
+derivatives dW_0 and ddW_0 with respect to C, shares phi_i and relaxation times tau_i, the free
+energy is
 
-    (1 - sum g_i) W(C) + sum g_i (W(C) - W(A_i) - dW(A_i) : (C - A_i)),    A_i' = (C - A_i) / tau_i.
+    W = (1 - sum phi_i) W_0(C) + sum phi_i (W_0(C) - W_0(A_i) - dW_0(A_i) : (C - A_i)),
+    dA_i/dt = (C - A_i) / tau_i.
 
-This is Simo's (1987) free energy, ``W(C) - Q : C + X(Q)``, with the stress-like variables
-Q_i = g_i dW(A_i), whose equilibrium values are g_i dW(C), and the conjugate X that makes it vanish
-at rest. W is the energy in fast loading; (1 - sum g_i) W is left after a long time at rest. Where
-the stress is linear in C, hence at small strain, each branch relaxes as ``g_i exp(-t / tau_i)``.
-A_i is integrated exactly for a C that is linear in time over a step (Simo and Hughes 1998,
-Eq. 10.3.12). So is the dissipation, ``g_i / tau_i (C - A_i) : ddW(A_i) : (C - A_i)``, except that
-ddW is taken at the end of the step; it is positive wherever W is convex in C.
+This is Simo's (1987) free energy, ``W_0(C) - sum Q_i : C + X(Q)``, with the stress-like variables
+Q_i = phi_i dW_0(A_i), whose equilibrium values are phi_i dW_0(C), and the conjugate X that makes it
+vanish at rest. ``(1 - sum phi_i) W_0`` is left after a long time at rest. Where the stress is
+linear in C, hence at small strain, each branch relaxes as ``phi_i exp(-t / tau_i)``. A_i is
+integrated exactly for a C that is linear in time over a step (Simo and Hughes 1998, Eq. 10.3.12).
+So is the rate of dissipation, the sum of ``phi_i / tau_i (C - A_i) : ddW_0(A_i) : (C - A_i)``,
+except that ddW_0 is taken at the end of the step; it is positive wherever W_0 is convex in C.
 
-Another law, which may have internal variables, can replace W in the part that does not relax,
-``(1 - sum g_i) W(C)``. That part and the branches act in parallel and share nothing but F, as in
-the parallel rheological framework (Bergstrom and Boyce 1998; Hurtado, Lapczyk and Govindarajan
+Another law, which may have internal variables, can replace W_0 in the part that does not relax,
+``(1 - sum phi_i) W_0(C)``. That part and the branches act in parallel and share nothing but F, as
+in the parallel rheological framework (Bergstrom and Boyce 1998; Hurtado, Lapczyk and Govindarajan
 2013), so that each dissipates independently.
 """
 
