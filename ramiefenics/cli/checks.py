@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from ramiefenics.cli.common import (
     resumable,
     tell_ending,
 )
-from ramiefenics.specification import SpecificationError, SpecificationWarning
+from ramiefenics.specification import SpecificationError
 
 
 def converge_command(
@@ -126,7 +125,6 @@ def verify_command(
             raise SpecificationError(
                 "studies", name, f"must be one of {', '.join(STUDIES)}, or list"
             )
-    warnings.simplefilter("ignore", SpecificationWarning)
     with progress.counting("studies") as (stage, count):
         stage("verifying", len(studies))
         done = Runs(executor=workers, on_done=count).map([StudyTask(name) for name in studies])

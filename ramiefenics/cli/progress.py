@@ -85,7 +85,7 @@ def moving(test: BendingTest) -> Iterator[Callable[[Point], None]]:
 def counting(
     what: str = "simulations",
 ) -> Iterator[tuple[Callable[[str, int], None], Callable[[int], None]]]:
-    """Show the stage, the simulations done and expected, and the remaining time."""
+    """Show the stage, what is done and expected, and the remaining time."""
     with _bar(f"{{task.completed}}{{task.fields[of]}} {what}") as progress:
         task = progress.add_task("reading", total=None, of="")
 

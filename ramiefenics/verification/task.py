@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.runs import key_of
+from ramiefenics.specification import SpecificationWarning
 from ramiefenics.verification.study import Check, Plot, Series, Study
 
 
@@ -36,7 +38,8 @@ class StudyTask:
         """Carry out the study; return it as JSON."""
         from ramiefenics.verification import STUDIES  # which imports this file
 
-        return json.dumps(dataclasses.asdict(STUDIES[self.name]()), default=_plain)
+        with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
+            return json.dumps(dataclasses.asdict(STUDIES[self.name]()), default=_plain)
 
     def read(self, text: str) -> Study:
         """Return the study that a kept text describes."""
