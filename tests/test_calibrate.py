@@ -480,6 +480,7 @@ def test_mpi_workers_do_a_campaign(real: Path, tmp_path: Path) -> None:
 from pathlib import Path
 from mpi4py import MPI
 from mpi4py.futures import MPICommExecutor
+from ramiefenics import Runs
 from ramiefenics.calibration.campaign import run_campaign
 from ramiefenics.calibration.study import read_study
 
