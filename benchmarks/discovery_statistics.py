@@ -57,7 +57,7 @@ def draw(case: Case, one: Evidence) -> Evidence:
     """Return random data for a case."""
     rng = np.random.default_rng([case.seed, len(case.kind)])
     evidence = repeated(one, list(range(case.tests)), STALKS)
-    scatter = Scatter((OWN,) * evidence.by_factors.shape[1], case.noise, 0.04, DRIFT)
+    scatter = Scatter((OWN,) * evidence.by_own.shape[1], case.noise, 0.04, DRIFT)
     residual = evidence.blocks.curves(evidence.draw(scatter, 1, rng))[:, 0]
     for name, size in case.hidden.items():
         suspect = evidence.suspects[name]

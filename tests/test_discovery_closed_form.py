@@ -153,6 +153,25 @@ def test_what_only_shows_where_it_is_fitted_is_told(tmp_path: Path) -> None:
     assert found.extended.steady
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [7301, 7302])
+def test_many_stalks_tell_more_than_few(tmp_path: Path, seed: int) -> None:
+    """Eight stalks hardly tell this compliance from other moduli; forty do, without bias.
+
+    If scatter of the stalks could be explained by common factors that cancel the compliance, forty
+    would tell less.
+    """
+    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), seed, Formula(), specimens=40)
+    found = discover_among(tmp_path, COMPLIANCE)
+    assert found.verdict == "cause"
+    assert found.extended is not None
+    assert found.extended.steady
+    fit = found.extended.fit
+    assert fit.sd(COMPLIANCE.name) < 0.3 * COMPLIANCE.typical
+    error = fit.amplitudes[COMPLIANCE.name] - COMPLIANCE.typical
+    assert abs(error) < 2.6 * fit.sd(COMPLIANCE.name)  # 99 %
+
+
 def test_two_causes_are_both_named(tmp_path: Path) -> None:
     secrets = [Secret(GAP, 0.5), Secret(COMPLIANCE, 0.015)]
     make_dataset(tmp_path, secrets, 26, Formula())

@@ -57,7 +57,9 @@ def evidence(
     }
     suspects = {name: Suspect(effect(name), 0.05 * size * shape) for name, shape in shapes.items()}
     blocks = Blocks.of(names, M)
-    clean = Evidence(np.zeros((len(names), M)), by_factors, nuisance, FACTOR_SD, blocks, suspects)
+    clean = Evidence(
+        np.zeros((len(names), M)), by_factors, by_factors, nuisance, FACTOR_SD, blocks, suspects
+    )
     drawn = blocks.curves(clean.draw(SCATTER, 1, rng))[:, 0]
     for name, amplitude in amplitudes.items():
         drawn = drawn + amplitude * suspects[name].signature
@@ -78,7 +80,7 @@ def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np
             whole[block, block] += BROKEN**2 * np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
     same = np.kron(names[:, None] == names, np.ones((M, M)))
     for k, own in enumerate(scatter.own):
-        column = found.by_factors[:, k].ravel()
+        column = found.by_own[:, k].ravel()
         whole += np.outer(column, column) * (FACTOR_SD**2 + own**2 * same)
     for column in found.nuisance.transpose(1, 0, 2):
         whole += np.outer(column, column)
@@ -163,7 +165,7 @@ def test_factors_are_the_conditional_mean():
     found = evidence({})
     fit = Fit(found, (), SCATTER)
     weights = np.linalg.solve(dense(found, SCATTER), found.residual.ravel())
-    flat = found.by_factors.transpose(1, 0, 2).reshape(2, -1)
+    flat = found.by_own.transpose(1, 0, 2).reshape(2, -1)
     assert np.allclose(fit.common_log_factors, FACTOR_SD**2 * flat @ weights, atol=1e-10)
     specimen = np.repeat(found.blocks.specimen, M)
     for s in range(found.blocks.number):
@@ -181,7 +183,8 @@ def test_a_broken_specimen_is_found_and_does_not_decide():
     rest = replace(
         found,
         residual=found.residual[without],
-        by_factors=found.by_factors[without],
+        by_common=found.by_common[without],
+        by_own=found.by_own[without],
         nuisance=found.nuisance[without],
         blocks=Blocks.of(tuple(np.array(NAMES)[without]), M),
         suspects={n: replace(s, signature=s.signature[without]) for n, s in found.suspects.items()},
@@ -218,7 +221,7 @@ def test_slopes_by_standard_deviations_are_those_of_small_differences(broken):
 def test_factors_far_from_what_was_stated_are_a_conflict():
     found = evidence({})
     assert Fit(found, (), SCATTER).conflict() > 0.01
-    far = found.residual + 0.6 * found.by_factors[:, 0]
+    far = found.residual + 0.6 * found.by_own[:, 0]
     shifted = replace(found, residual=far)
     assert Fit(shifted, (), fit_scatter(shifted)).conflict() < 1e-3
 
@@ -229,7 +232,7 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
     told = limits(fit, ["first", "second"])
     assert told["tilt"].low < 0.5 < told["tilt"].high
     # a signature equal to that of a factor is as uncertain as the factor
-    same = Suspect(effect("same"), found.by_factors[:, 0])
+    same = Suspect(effect("same"), found.by_own[:, 0])
     found = replace(found, suspects={**found.suspects, "same": same})
     limit = limits(Fit(found, ("swing",), SCATTER), ["first", "second"])["same"]
     assert limit.imitated_by[0] == "first"
@@ -240,7 +243,7 @@ def test_what_is_left_of_an_imitated_signature_excludes_nothing():
     """Factors imitate all but a hundredth of this signature."""
     found = evidence({})
     swing = found.suspects["swing"].signature
-    nearly = Suspect(effect("nearly"), found.by_factors[:, 0] + 0.2 * swing)
+    nearly = Suspect(effect("nearly"), found.by_own[:, 0] + 0.2 * swing)
     found = replace(found, factor_sd=10.0, suspects={"nearly": nearly})
     limit = limits(Fit(found, (), replace(SCATTER, noise=1e-4, drift=1e-6)), ["a", "b"])["nearly"]
     assert (limit.low, limit.high) == (-9.0, 9.0)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from formula import Formula
 from mpi4py import MPI
 
 import ramiefenics as rf
@@ -103,7 +104,7 @@ def test_changes_pass_through_the_machine(
     force, by_log_k = k * d / (1 + c * k), k * d / (1 + c * k) ** 2
     assert np.allclose(found.force[0], force, rtol=1e-9)
     # the finite differences are a thousandth, and 0.000025 mm/N for c: errors of that order
-    assert np.allclose(found.by_factors[0, 0], by_log_k, rtol=1e-3)
+    assert np.allclose(found.by_own[0, 0], by_log_k, rtol=1e-3)
     # the first deviation is constant; five share the variance, all others with half its part
     first = limit()[1] * (FINER - 1.0) / np.sqrt(1.0 + 4.0 / 2.0)
     assert np.allclose(found.by_mesh[0, 0], first * by_log_k, rtol=1e-3)
@@ -167,6 +168,25 @@ def test_residuals_are_the_baselines_wherever_the_model_is_linearised(
     assert residuals[1][:, 1:] == pytest.approx(residuals[0][:, 1:], abs=1e-9)
     expected = (data.force_N - STIFFNESS_N_PER_MM * AT_MM) / data.peak_N[:, None]
     assert residuals[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_what_cancels_for_a_typical_stalk_cancels_for_all() -> None:
+    """Forces are proportional to all moduli together, as to the scale of the load cell."""
+    tests = [rf.override(rf.ramie(14.4, 7.4, 0.67), ["numerics.mesh=screening"])] * 3
+    at = np.tile(AT_MM, (3, 1))
+    blocks = Blocks.of(["A", "B", "C"], len(AT_MM))
+    data = Observed(at, np.ones_like(at), np.ones(3), blocks)
+    predictor, scale = Predictor(tests, data, Formula()), rf.EFFECTS["load_scale"]
+    used = factors(tests[0])
+    own = np.array([[0.4, 0.1, 0.2, -0.2], np.zeros(4), [-0.3, -0.2, -0.1, 0.1]])
+    found = predictor.linearise(Model(used, own), {scale.name: scale})
+    by_scale = found.by_effects[scale.name]
+    # the finite differences are a hundredth
+    assert np.allclose(found.by_common.sum(axis=1), by_scale, rtol=0.01)
+    assert np.allclose(found.by_own.sum(axis=1), found.force, rtol=0.01)
+    assert np.allclose(found.by_own[1], found.by_common[1])
+    shares = found.by_common / by_scale[:, None]
+    assert np.allclose(shares, shares[1], rtol=1e-6)  # whatever a stalk's own factors
 
 
 def test_effects_that_have_no_meaning_are_refused_by_name(

@@ -9,10 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from formula import AT_MM, Formula
+from formula import force_N as formula_N
 from scipy.optimize import approx_fprime
 
 from ramiefenics import BendingTest, SpecificationError, override, ramie
-from ramiefenics.discovery.factors import Factor, factors
+from ramiefenics.discovery.factors import Factor, apply_factors, factors
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask
 from ramiefenics.surrogate import LearnedCurves
@@ -80,6 +82,12 @@ def stalks(number: int, seed: int = 0) -> list[BendingTest]:
     return [ramie(*size) for size in sizes]
 
 
+def of_own_moduli(tests: Sequence[BendingTest]) -> list[BendingTest]:
+    """Return stalks whose moduli differ as well."""
+    rng, used = np.random.default_rng(5), factors(tests[0])
+    return [apply_factors(test, used, rng.normal(0.0, 0.05, len(used))) for test in tests]
+
+
 def misses(tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], factor: Factor | None):
     """Return errors of the force or a derivative, relative to the peak."""
     found = []
@@ -122,7 +130,7 @@ def test_each_is_simulated_where_that_is_asked_for() -> None:
 
 
 def test_near_simulations_what_is_learned_is_as_good() -> None:
-    tests, beams = stalks(30), Beams()
+    tests, beams = of_own_moduli(stalks(30)), Beams()
     used = factors(tests[0])
     learned = LearnedCurves(beams)
     learned.map([CurveTask(test, used) for test in tests])
@@ -169,6 +177,29 @@ def test_what_moves_on_takes_few_more() -> None:
     again = learned.map([CurveTask(test, used) for test in moved])
     assert beams.asked - before < 12
     assert len(again) == 40
+
+
+def test_numbers_that_did_not_differ_yet_are_not_taken_for_linear() -> None:
+    """Curves of thicker stalks are the same except for a factor, and tell nothing about moduli."""
+
+    class Formulas(Formula):
+        def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+            self.asked += len(tasks)
+            return super().map(tasks)
+
+    tests, formulas = stalks(40), Formulas()
+    used = factors(tests[0])
+    learned = LearnedCurves(formulas)
+    learned.map([CurveTask(test, used) for test in tests])
+    batch = (-0.27, 0.05, 0.1, -0.19)
+    moved = of_own_moduli([apply_factors(test, used, batch) for test in tests])
+    curves = [done.result() for done in learned.map([CurveTask(test, used) for test in moved])]
+    assert formulas.asked < 12
+    upto = AT_MM <= 14.0
+    for test, curve in zip(moved, curves, strict=True):
+        true = formula_N(test)[upto]
+        read = np.interp(AT_MM[upto], curve["displacement_mm"], curve["force_N"])
+        assert np.sqrt(((read - true) ** 2).mean()) < TOLERANCE * true.max()
 
 
 def test_numbers_that_only_go_together_are_changed_together() -> None:

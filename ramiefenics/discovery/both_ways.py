@@ -108,7 +108,8 @@ class BothWays:
             model,
             self._merged(there.force, back.force),
             self._merged(there.mesh_correction, back.mesh_correction),
-            self._merged(there.by_factors, self._in_proportion(there, back)),
+            self._merged(there.by_own, self._in_proportion(there.by_own, there, back)),
+            self._merged(there.by_common, self._in_proportion(there.by_common, there, back)),
             self._merged(there.by_mesh, back.by_mesh),
             by_effects,
             {**back.refused, **there.refused},
@@ -130,11 +131,11 @@ class BothWays:
             whole[rows] = values
         return whole
 
-    def _in_proportion(self, there: Linearised, back: Linearised) -> Array:
-        """Return derivatives of unloading with respect to the log factors, shape (u, k, m)."""
-        found = np.empty_like(back.by_factors)
+    def _in_proportion(self, by_factors: Array, there: Linearised, back: Linearised) -> Array:
+        """Return derivatives of unloading, shape (u, k, m), given those of the loading."""
+        found = np.empty_like(back.by_own)
         for row, of in enumerate(self._before):
-            force, slopes = there.force[of], there.by_factors[of]
+            force, slopes = there.force[of], by_factors[of]
             shares = np.zeros_like(slopes)
             np.divide(slopes, force, out=shares, where=force > LOADED * force.max())
             at, known = self._at[1][row], self._at[0][of]

@@ -3,11 +3,11 @@
 The residuals of the linearised model without factors and effects, relative to the peak force of
 each curve, are
 
-    r = sum_j (a_j + s_js) g_j + J (d + b_s) + D c + w + e
+    r = sum_j (a_j + s_js) g_j + J d + K b_s + D c + w + e
 
 Here g_j is the signature of effect j, a_j its amplitude, and s_js the deviation of specimen s from
-that amplitude; J contains the derivatives with respect to the log factors, d their common values,
-and b_s the deviations of specimen s; D contains the errors that the simulator may make in all
+that amplitude; d contains the common log factors and b_s the deviations of specimen s; J and K are
+the derivatives with respect to them; D contains the errors that the simulator may make in all
 curves alike (`nuisance`); w is a smooth error of the single curve, and e its noise. Standard
 deviations are those of `Scatter`, except for that of d, which is given, and that of a_j, which is
 proportional to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
@@ -77,8 +77,10 @@ class Evidence:
     ----------
     residual
         Measured forces minus those predicted without factors and effects, shape (r, m).
-    by_factors
-        Derivatives J with respect to the log factors, shape (r, k, m).
+    by_common
+        Derivatives J with respect to the common log factors, shape (r, k, m).
+    by_own
+        Derivatives K with respect to a specimen's own log factors, shape (r, k, m).
     nuisance
         Errors D of the simulator, for unit prior deviations, shape (r, q, m).
     factor_sd
@@ -95,7 +97,8 @@ class Evidence:
     """
 
     residual: Array
-    by_factors: Array
+    by_common: Array
+    by_own: Array
     nuisance: Array
     factor_sd: float
     blocks: Blocks
@@ -162,7 +165,8 @@ class Evidence:
         }
         return dataclasses.replace(
             self,
-            by_factors=told[..., None] * self.by_factors,
+            by_common=told[..., None] * self.by_common,
+            by_own=told[..., None] * self.by_own,
             nuisance=told[..., None] * self.nuisance,
             suspects=suspects,
         )
@@ -235,7 +239,11 @@ class Evidence:
 
     @cached_property
     def _own(self) -> Array:
-        return self.blocks.stack(self.by_factors)
+        return self.blocks.stack(self.by_own)
+
+    @cached_property
+    def _common(self) -> Array:
+        return self.blocks.stack(self.by_common)
 
     @cached_property
     def _effects(self) -> Array:
@@ -255,7 +263,7 @@ class Evidence:
 
         They are those of the factors, the nuisance, and the chosen effects, counted from 0.
         """
-        parts = (self.factor_sd * self._own, self._nuisance, self._effects[..., list(chosen)])
+        parts = (self.factor_sd * self._common, self._nuisance, self._effects[..., list(chosen)])
         return np.concatenate(parts, axis=2)
 
     def whiten(self, scatter: Scatter, data: Array | None = None) -> Whitened:

@@ -49,7 +49,7 @@ class Fit:
 
     @property
     def _factors(self) -> int:
-        return self.evidence.by_factors.shape[1]
+        return self.evidence.by_own.shape[1]
 
     @cached_property
     def samples(self) -> Array:
@@ -106,7 +106,7 @@ class Fit:
     def _columns(self) -> Array:
         """Return the columns that specimens share, for unit prior deviations, shape (r, c, m)."""
         evidence = self.evidence
-        parts = (evidence.factor_sd * evidence.by_factors, evidence.nuisance)
+        parts = (evidence.factor_sd * evidence.by_common, evidence.nuisance)
         return np.concatenate([*parts, evidence.signatures[:, self._which]], axis=1)
 
     def _without_shared(self) -> Array:
@@ -117,7 +117,7 @@ class Fit:
     def _own_log_factors(self, errors: Array) -> Array:
         """Return specimens' expected own log factors, shape (n, k), given errors, shape (r, m)."""
         blocks = self.evidence.blocks
-        own = blocks.stack(self.evidence.by_factors)
+        own = blocks.stack(self.evidence.by_own)
         covariance = self.evidence.covariance(self.scatter)
         weights = np.linalg.solve(covariance, blocks.stack(errors[:, None]))
         squares = np.array(self.scatter.own) ** 2
@@ -126,7 +126,7 @@ class Fit:
     def _by_own(self, log_factors: Array) -> Array:
         """Return the change of curves, (r, m), by specimens' own log factors, shape (n, k)."""
         each = log_factors[self.evidence.blocks.specimen]
-        return np.asarray(np.einsum("rkm,rk->rm", self.evidence.by_factors, each))
+        return np.asarray(np.einsum("rkm,rk->rm", self.evidence.by_own, each))
 
     def remaining(self) -> tuple[Array, Array]:
         """Return the residual of the fit, and the part of it attributed to the simulator.

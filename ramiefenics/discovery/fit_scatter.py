@@ -30,7 +30,7 @@ def fit_scatter(
     """
     suspects = evidence.suspects
     differ = tuple(name for name in effects if suspects[name].effect.per_specimen)
-    typical = Scatter.typical(evidence.by_factors.shape[1], differ)
+    typical = Scatter.typical(evidence.by_own.shape[1], differ)
     blind = without_knowledge(evidence)
 
     def loss(logarithms: Array) -> tuple[float, Array]:

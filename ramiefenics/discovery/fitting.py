@@ -229,12 +229,15 @@ class Fitter:
     ) -> Linearised:
         """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
-        Parameters that are near enough stay where they have been simulated.
+        Specimens and amplitudes that are near enough stay where they have been simulated, so that
+        one specimen that moves does not make all others be simulated again.
         """
         here = model.log_factors
         step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
-        if np.abs(step)[fit.evidence.whole].max() < STEADY:
-            step = np.zeros_like(step)
+        near = np.abs(step).max(axis=1) < STEADY
+        if near[fit.evidence.whole].all():
+            near[:] = True
+        step[near] = 0.0
         share = 1.0
         while True:
             effects = {}
@@ -264,13 +267,15 @@ def linear_evidence(
     that priors stay the same wherever the model is linearised.
     """
     model, blocks, peak = curves.model, observed.blocks, observed.peak_N[:, None]
-    by_factors = curves.by_factors / peak[..., None]
+    by_own, by_common = curves.by_own / peak[..., None], curves.by_common / peak[..., None]
+    own = (model.log_factors - model.median)[blocks.specimen]
     residual = (observed.force_N - curves.force) / peak
-    residual += np.einsum("rk,rkm->rm", model.log_factors[blocks.specimen], by_factors)
+    residual += np.einsum("rk,rkm->rm", own, by_own)
+    residual += np.einsum("k,rkm->rm", model.median, by_common)
     signatures = {name: change / peak for name, change in curves.by_effects.items()}
     for name, (_, amplitude) in model.effects.items():
         residual += amplitude * signatures[name]
-    own = MODEL_ERROR * smooth(*residual.shape)
-    nuisance = np.concatenate([curves.by_mesh / peak[..., None], own], axis=1)
+    errors = MODEL_ERROR * smooth(*residual.shape)
+    nuisance = np.concatenate([curves.by_mesh / peak[..., None], errors], axis=1)
     suspects = {n: Suspect(effects[n], signatures[n]) for n in effects if n in signatures}
-    return Evidence(residual, by_factors, nuisance, factor_sd, blocks, suspects)
+    return Evidence(residual, by_common, by_own, nuisance, factor_sd, blocks, suspects)

@@ -43,6 +43,17 @@ class Model:
         """Return the amplitude of an effect; zero if the model does not contain it."""
         return self.effects[name][1] if name in self.effects else 0.0
 
+    @property
+    def median(self) -> Array:
+        """Medians of the log factors over the specimens, shape (k,)."""
+        return np.asarray(np.median(self.log_factors, axis=0))
+
+    @property
+    def typical(self) -> Model:
+        """The model with these medians as the log factors of every specimen."""
+        everywhere = np.broadcast_to(self.median, self.log_factors.shape).copy()
+        return dataclasses.replace(self, log_factors=everywhere)
+
     def changed(self, effect: Effect, amplitude: float) -> Model:
         """Return the model with an effect at the given amplitude."""
         effects = {**self.effects, effect.name: (effect, amplitude)}
@@ -53,6 +64,11 @@ class Model:
 class Linearised:
     """Predicted forces of a model, and their derivatives; in N, r curves, m displacements.
 
+    Derivatives with respect to what specimens share, namely common factors and amplitudes, are
+    those of stalks with typical factors, in proportion to each stalk's own force. If they depended
+    on a specimen's own factors in any other way, common factors and amplitudes that cancel for a
+    typical stalk would not cancel for others, and could explain a part of the scatter.
+
     Attributes
     ----------
     model
@@ -61,8 +77,10 @@ class Linearised:
         Forces predicted for vanishing cell size, shape (r, m).
     mesh_correction
         These forces minus those on the mesh of the simulations, shape (r, m).
-    by_factors
-        Derivatives with respect to the log factors, shape (r, k, m).
+    by_own
+        Derivatives with respect to a specimen's own log factors, shape (r, k, m).
+    by_common
+        Derivatives with respect to the common log factors, shape (r, k, m).
     by_mesh
         Smooth deviations from the expected mesh correction, each as large as its standard
         deviation, shape (r, q, m).
@@ -76,7 +94,8 @@ class Linearised:
     model: Model
     force: Array
     mesh_correction: Array
-    by_factors: Array
+    by_own: Array
+    by_common: Array
     by_mesh: Array
     by_effects: Mapping[str, Array]
     refused: Mapping[str, str]
@@ -95,10 +114,13 @@ class Linearised:
             Index of the specimen of every curve, shape (r,).
         """
         growth = np.exp((log_factors - self.model.log_factors)[specimen])
-        by_factors = self.by_factors * growth[..., None]
+        by_own = self.by_own * growth[..., None]
+        moved = dataclasses.replace(self.model, log_factors=log_factors)
+        common_growth = np.exp(moved.median - self.model.median)
         return dataclasses.replace(
             self,
-            model=dataclasses.replace(self.model, log_factors=log_factors),
-            force=self.force + (by_factors - self.by_factors).sum(axis=1),
-            by_factors=by_factors,
+            model=moved,
+            force=self.force + (by_own - self.by_own).sum(axis=1),
+            by_own=by_own,
+            by_common=self.by_common * common_growth[:, None],
         )

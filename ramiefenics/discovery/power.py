@@ -114,7 +114,8 @@ def repeated(evidence: Evidence, which: Sequence[int], stalks: int) -> Evidence:
     return dataclasses.replace(
         evidence,
         residual=rows(evidence.residual),
-        by_factors=rows(evidence.by_factors),
+        by_common=rows(evidence.by_common),
+        by_own=rows(evidence.by_own),
         nuisance=rows(evidence.nuisance),
         blocks=Blocks.of(names, evidence.blocks.points),
         suspects=suspects,
@@ -157,7 +158,7 @@ class Power:
 
 def power(evidence: Evidence, design: Design) -> Power:
     """Return what the evidence can show of its suspects, given the scatter of stalks and curves."""
-    number = evidence.by_factors.shape[1]
+    number = evidence.by_own.shape[1]
     scatter = Scatter((design.own,) * number, design.noise, Scatter.typical(1).length, design.drift)
     gram = evidence.whiten(scatter).reduce().gram
     typical = [s.effect.typical for s in evidence.suspects.values()] / evidence.scale

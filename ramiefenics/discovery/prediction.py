@@ -100,21 +100,46 @@ class Predictor:
             If an effect of the model has no meaning for a specimen, or if a simulation of the model
             does not reach the end, or jumps although that is to be refused.
         """
-        tests = self.tests(model)
-        without = following(self.tests(dataclasses.replace(model, effects={})), tests)
-        tasks = [self.task(test, model.factors, smooth) for test in without]
         needed = dataclasses.replace(model, effects={}) if roughly else model
-        answers = self.runs.map([*tasks, *self._soon(needed)])  # the latter use idle processors
-        raw = [done.result() for done in answers[: len(tasks)]]
-        raw = changed_curves(raw, without, tests, self.plain)
+        typical = model.typical
+        raw, typical_raw = self._raw((model, typical), smooth, needed)
         self._learn_changes(needed)
-        curves = self.extrapolated(raw, model)
+        tests, curves = self.tests(model), self.extrapolated(raw, model)
         force = self.read(tests, curves)
-        by_factors = self._by_factors(model, tests, curves, force)
+        by_own = self._by_factors(model, tests, curves, force)
         by_mesh = self._by_mesh(tests, curves, force)
         by_cells = force - self.read(tests, raw)
-        by_effects, refused = signatures(self, model, raw, suspects, smooth)
-        return Linearised(model, force, by_cells, by_factors, by_mesh, by_effects, refused)
+        tests, curves = self.tests(typical), self.extrapolated(typical_raw, typical)
+        typical_force = self.read(tests, curves)
+        size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
+        by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
+        by_effects, refused = signatures(self, typical, typical_raw, suspects, smooth)
+        by_effects = {name: size * change for name, change in by_effects.items()}
+        return Linearised(model, force, by_cells, by_own, by_common, by_mesh, by_effects, refused)
+
+    def _raw(
+        self, models: tuple[Model, Model], smooth: bool, needed: Model
+    ) -> tuple[list[pd.DataFrame], ...]:
+        """Return the curves of two models as simulated, with derivatives by the log factors.
+
+        Idle processors simulate what a further model is about to need.
+        """
+        alike = np.array_equal(models[0].log_factors, models[1].log_factors)
+        different = models[:1] if alike else models
+        tests = [self.tests(model) for model in different]
+        without = [
+            following(self.tests(dataclasses.replace(model, effects={})), some)
+            for model, some in zip(different, tests, strict=True)
+        ]
+        factors = models[0].factors
+        tasks = [self.task(test, factors, smooth) for some in without for test in some]
+        answers = self.runs.map([*tasks, *self._soon(needed)])
+        curves = iter([done.result() for done in answers[: len(tasks)]])
+        raw = [
+            changed_curves([next(curves) for _ in before], before, after, self.plain)
+            for before, after in zip(without, tests, strict=True)
+        ]
+        return raw[0], raw[-1]
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
         """Return the same linearised curves with the forces of every curve simulated.

@@ -1,11 +1,13 @@
 """Gaussian process for values and directional derivatives of several outputs at once.
 
 The prior mean is linear in the coordinates, with unknown coefficients, and the covariance is
-squared-exponential with one length per coordinate. Derivatives are linear in the function, so they
+squared-exponential with one length per coordinate. Lengths and scales have priors, as observations
+that differ in some coordinates only say nothing about how far the function is from linear in the
+others. Derivatives are linear in the function, so they
 are observed like values, with derivatives of the covariance (Rasmussen and Williams 2006, sections
 2.7 and 9.4). All outputs share lengths and noise, and each has a scale of its own; these maximise
-the restricted likelihood. The errors of predictions in which all observations of one run are left
-out at a time follow without another fit (section 5.4.2 there).
+the restricted likelihood times the priors. The errors of predictions in which all observations of
+one run are left out at a time follow without another fit (section 5.4.2 there).
 """
 
 from __future__ import annotations
@@ -24,6 +26,15 @@ Array = NDArray[np.floating[Any]]
 
 LENGTHS = (0.5, 200.0)
 """Bounds of the lengths of the covariance, for coordinates that differ by about one."""
+
+LENGTH = (2.0, 0.7)
+"""Median of the lengths before anything is observed, and standard deviation of their logarithm."""
+
+SCALE, SCALE_WEIGHT = 0.5, 3.0
+"""Scale of the process before anything is observed, and the weight of that in observations.
+
+For logarithms of a force that is a sum of parts in proportion to some coordinates' exponentials,
+second derivatives are up to 0.25, as these values give with the median length."""
 
 NOISE = (1e-6, 0.3)
 """Bounds of the standard deviation of the noise of values, and of that of derivatives, relative to
@@ -134,22 +145,27 @@ class Process:
         self._basis = np.hstack([value, value * observed.at + observed.along])
         d = observed.at.shape[1]
         bounds = [tuple(np.log(LENGTHS))] * d + [tuple(np.log(NOISE))] * 2
-        start = np.log([3.0] * d + [1e-3, 1e-2])
+        start = np.log([LENGTH[0]] * d + [1e-3, 1e-2])
         found = minimize(self._cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
         self._set(found.x)
 
     def _cost(self, log_parameters: Array) -> tuple[float, Array]:
-        """Return the negative restricted log-likelihood, up to a constant, and its gradient.
+        """Return the negative log-posterior, up to a constant, and its gradient.
 
         They follow Rasmussen and Williams 2006, equations 2.45 and 5.9, with the optimal scales.
+        The prior of each scale's square is inverse-gamma. Every output brings its own prior of the
+        lengths, as it brings its own likelihood.
         """
         self._set(log_parameters)
         outputs = len(self._scale2)
-        number = len(self._basis) - self._basis.shape[1]
-        cost = 0.5 * number * np.log(self._scale2).sum() + 0.5 * outputs * self._log_determinant
+        cost = 0.5 * self._freedom * np.log(self._scale2).sum()
+        cost += 0.5 * outputs * self._log_determinant
+        away = (log_parameters[:-2] - np.log(LENGTH[0])) / LENGTH[1]
+        cost += 0.5 * outputs * (away**2).sum()
         of_values = (self._weights / self._scale2) @ self._weights.T
         by_covariance = 0.5 * (outputs * self._precision() - of_values)
         by_length = self._pairs(self._observed.at, self._observed.along).gradient(by_covariance)
+        by_length += outputs * away / LENGTH[1]
         by_variance = 2.0 * np.diag(by_covariance) * self._noise**2
         value = self._observed.plain > 0.0
         by_noise = [by_variance[value].sum(), by_variance[~value].sum()]
@@ -169,9 +185,14 @@ class Process:
         self._line = cho_solve(self._gram, self._inside.T @ observed.value)
         self._weights = cho_solve(self._root, observed.value - basis @ self._line)
         squares = (observed.value * self._weights).sum(axis=0)
-        self._scale2 = np.maximum(squares / (len(basis) - basis.shape[1]), 1e-300)
+        self._scale2 = (squares + SCALE_WEIGHT * SCALE**2) / self._freedom
         diagonals = np.concatenate([np.diag(self._root[0]), np.diag(self._gram[0])])
         self._log_determinant = 2.0 * float(np.log(diagonals).sum())
+
+    @property
+    def _freedom(self) -> float:
+        """Number of observations besides those that determine the mean, with that of the prior."""
+        return len(self._basis) - self._basis.shape[1] + SCALE_WEIGHT
 
     def _precision(self) -> Array:
         """Return the inverse covariance minus the part that the unknown mean takes up."""
