@@ -65,15 +65,16 @@ def row(result: BendingResult, cpu_s: float) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Case:
-    """Task that applies `work`, a function of a module, to a test, and keeps the resulting row."""
+    """Task that applies `work`, a function of the module `file`, to a test, and keeps the row."""
 
     test: BendingTest
     work: Callable[[BendingTest], dict[str, Any]]
+    file: str
 
     def keys(self) -> tuple[str, ...]:
         """Return the key under which the row is kept."""
         content = [to_dict(self.test), self.work.__name__]
-        return (key_of(content, __file__, inspect.getfile(self.work)),)
+        return (key_of(content, __file__, self.file),)
 
     def compute(self) -> str:
         """Return the row as JSON."""
@@ -107,7 +108,8 @@ def run_all(
     with Progress() as progress:
         bar = progress.add_task(name, total=len(cases))
         runs = Runs(on_done=lambda number: progress.advance(bar, number))
-        done = runs.map([Case(test, work) for test in cases.values()])
+        file = inspect.getfile(work)  # unknown to workers, if it is the script itself
+        done = runs.map([Case(test, work, file) for test in cases.values()])
     rows = {label: one.result() for label, one in zip(cases, done, strict=True)}
     write_record(name, read_record(name) | rows)
     return rows
