@@ -149,10 +149,9 @@ def stalks() -> str:
     return f"""## Many stalks
 
 One `discover`, of stalks like the published ones with a compliant machine, without kept simulations
-(`benchmarks/stalks.py`; before derivatives were those of stalks with typical factors, see
-[discovery.md](discovery.md)). Times are measured on two cores. For other numbers of cores, the
-measured simulations are redistributed, round by round, and all other work is assumed to take the
-measured time. A task costs \
+(`benchmarks/stalks.py`). Times are measured on two cores. For other numbers of cores, the measured
+simulations are redistributed, round by round, and all other work is assumed to take the measured
+time. A task costs \
 {1e3 * sent["processes"]:.1f} ms besides its work on processes of one machine, \
 {1e3 * sent["Dask"]:.1f} ms by Dask on two workers.
 

@@ -189,6 +189,24 @@ def test_what_cancels_for_a_typical_stalk_cancels_for_all() -> None:
     assert np.allclose(shares, shares[1], rtol=1e-6)  # whatever a stalk's own factors
 
 
+def test_only_specimens_that_are_far_from_their_fit_move(
+    screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
+) -> None:
+    at = np.tile(AT_MM, (3, 1))
+    data = Observed(at, at, at.max(axis=1), Blocks.of(["A", "B", "C"], len(AT_MM)))
+    fitter = Fitter(dataset, data, Predictor([screening] * 3, data, springs))
+    here = Model(factors(screening, ["xylem.axial"]), np.array([[0.1], [0.2], [0.3]]))
+    for fitted, whole, expected in (
+        ([0.15, 0.5, 0.25], [0, 1, 2], [0.1, 0.5, 0.3]),
+        ([0.15, 0.5, 0.25], [0, 2], [0.1, 0.2, 0.3]),  # the one that is far is broken
+    ):
+        fit = SimpleNamespace(
+            log_factors=np.array(fitted)[:, None], evidence=SimpleNamespace(whole=whole)
+        )
+        moved = fitter._move(here, fit, {}, {})
+        assert moved.model.log_factors[:, 0] == pytest.approx(expected)
+
+
 def test_effects_that_have_no_meaning_are_refused_by_name(
     screening: rf.BendingTest, springs: Springs
 ) -> None:

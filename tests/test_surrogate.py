@@ -130,6 +130,7 @@ def test_each_is_simulated_where_that_is_asked_for() -> None:
 
 
 def test_near_simulations_what_is_learned_is_as_good() -> None:
+    """The moduli of these stalks differ; those that never did are not known well enough nearby."""
     tests, beams = of_own_moduli(stalks(30)), Beams()
     used = factors(tests[0])
     learned = LearnedCurves(beams)

@@ -34,7 +34,7 @@ SCALE, SCALE_WEIGHT = 0.5, 3.0
 """Scale of the process before anything is observed, and the weight of that in observations.
 
 For logarithms of a force that is a sum of parts in proportion to some coordinates' exponentials,
-second derivatives are up to 0.25, as these values give with the median length."""
+second derivatives are up to 0.25; these values give 0.2 with the median length."""
 
 NOISE = (1e-6, 0.3)
 """Bounds of the standard deviation of the noise of values, and of that of derivatives, relative to
