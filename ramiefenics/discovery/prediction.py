@@ -131,15 +131,13 @@ class Predictor:
             following(self.tests(dataclasses.replace(model, effects={})), some)
             for model, some in zip(different, tests, strict=True)
         ]
-        factors = models[0].factors
-        tasks = [self.task(test, factors, smooth) for some in without for test in some]
+        before, after = [t for some in without for t in some], [t for some in tests for t in some]
+        tasks = [self.task(test, models[0].factors, smooth) for test in before]
         answers = self.runs.map([*tasks, *self._soon(needed)])
-        curves = iter([done.result() for done in answers[: len(tasks)]])
-        raw = [
-            changed_curves([next(curves) for _ in before], before, after, self.plain)
-            for before, after in zip(without, tests, strict=True)
-        ]
-        return raw[0], raw[-1]
+        curves = [done.result() for done in answers[: len(tasks)]]
+        raw = changed_curves(curves, before, after, self.plain)
+        number = len(tests[0])
+        return raw[:number], raw[-number:]
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
         """Return the same linearised curves with the forces of every curve simulated.

@@ -179,9 +179,14 @@ def _loaded(curve: pd.DataFrame, *columns: str) -> Array:
 def _from_the_middle(places: Sequence[Place]) -> list[int]:
     """Return the indices of places, those nearest to the mean of their neighbours first."""
     away = np.zeros(len(places))
+    kinds: dict[tuple[str, tuple[Path, ...]], list[int]] = {}
     for i, place in enumerate(places):
-        near = [other.at for other in places if place.near(other)]
-        away[i] = np.abs(place.at - np.mean(near, axis=0)).max()
+        kinds.setdefault((place.rest, place.paths), []).append(i)
+    for indices in kinds.values():
+        at = np.array([places[i].at for i in indices])
+        for i in indices:
+            near = np.abs(at - places[i].at).max(axis=1) < NEAR
+            away[i] = np.abs(places[i].at - at[near].mean(axis=0)).max()
     return [int(i) for i in np.argsort(away, kind="stable")]
 
 
