@@ -103,6 +103,35 @@ def test_a_hidden_gap_is_the_cause(tmp_path: Path) -> None:
     assert found.shape_gain.shown
 
 
+def on_two_machines(folder: Path, second: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
+    """Say that every other specimen was tested on a second machine, which recorded otherwise."""
+    table = pd.read_csv(folder / "specimens.csv")
+    table["machine"] = np.resize(["old", "new"], len(table))
+    for path in table.loc[table["machine"] == "new", "curve"]:
+        second(pd.read_csv(folder / path)).to_csv(folder / path, index=False)
+    table.to_csv(folder / "specimens.csv", index=False)
+    change_layout(folder, r"\[specimens\]", '[specimens]\n"group" = "machine"')
+
+
+def test_what_one_of_two_machines_does_is_told_from_what_both_do(tmp_path: Path) -> None:
+    def more_compliant(curve: pd.DataFrame) -> pd.DataFrame:
+        travel = curve["displacement_mm"] + 0.02 * curve["force_N"]
+        return curve.assign(displacement_mm=travel.round(3))
+
+    make_dataset(tmp_path / "data", Secret(None), 31, Formula(), specimens=12)
+    on_two_machines(tmp_path / "data", more_compliant)
+    change_layout(tmp_path / "data", "fit_sd", "to_mm = 12.0\nfit_sd")  # where all curves go to
+    found = discover_among(tmp_path / "data", GAP, COMPLIANCE)
+    assert found.causes == ("machine_compliance_of_new",)
+    low, high = found.interval("machine_compliance_of_new")
+    assert low < 0.02 < high
+    check_print(found, "machine compliance of new")
+    rf.write_folder(found, tmp_path / "found")
+    for name, compliance in (("extended", 0.0), ("extended_new", (low + high) / 2.0)):
+        test = rf.read_test(tmp_path / f"found/{name}.toml")
+        assert test.machine.compliance_mm_per_N == pytest.approx(compliance, rel=0.1)
+
+
 def test_two_names_of_one_thing_are_not_told_apart(tmp_path: Path) -> None:
     make_dataset(tmp_path, Secret(COMPLIANCE, 0.02), 23, Formula())
     found = discover_among(tmp_path, GAP, COMPLIANCE, MOUNTING)

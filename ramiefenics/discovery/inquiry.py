@@ -32,7 +32,7 @@ from ramiefenics.discovery.verdict import (
     decide,
     least_gain,
 )
-from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
+from ramiefenics.effects import EFFECTS, OF_A_GROUP, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.measured.unloading import unloads, with_unloading
 from ramiefenics.runs import lasting
@@ -85,6 +85,7 @@ def discover(
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)
     effects = suspects_of(dataset) if effects is None else effects
+    effects = {**effects, **_in_single_groups(effects, dataset)}
     recipe = dataset.layout.mesh if mesh is None else mesh_recipe(mesh)
     dataset = _on_mesh(with_unloading(dataset), recipe)
     with lasting(runs) as runs:
@@ -94,6 +95,16 @@ def discover(
 def suspects_of(dataset: Dataset) -> Mapping[str, Effect]:
     """Return the shipped effects that the curves of a data set may show."""
     return EFFECTS if unloads(dataset) else SUSPECTS
+
+
+def _in_single_groups(effects: Mapping[str, Effect], dataset: Dataset) -> dict[str, Effect]:
+    """Return the effects that may be present in one group of tests only, in each group."""
+    groups = sorted({record.test.group for record in dataset.records})
+    if len(groups) == 1:
+        return {}
+    names = [name for name in effects if name in OF_A_GROUP]
+    each = [effects[name].within(group) for name in names for group in groups if group]
+    return {effect.name: effect for effect in each}
 
 
 class _Inquiry:
@@ -193,6 +204,10 @@ class _Inquiry:
             names = sorted(told, key=lambda name: -told[name].share)[:MOST_OPEN]
         else:
             return ""
+        everywhere = dict.fromkeys(self._effects[name].base_name for name in names)
+        effects = {name: self._effects[name] for name in everywhere}
+        if len(effects) == 1:  # the same effect in different groups
+            return ""
         layout, (_, travel) = self._dataset.layout, self._dataset.range_mm
         scatter = fit.scatter
         design = Design(
@@ -204,8 +219,7 @@ class _Inquiry:
         )
         test = on_mesh(self._dataset.baseline, self._dataset.records[0].test.numerics.mesh)
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
-        self._stage("planning the next experiment", 3 * (1 + len(names)))
-        effects = {name: self._effects[name] for name in names}
+        self._stage("planning the next experiment", 3 * (1 + len(effects)))
         try:
             test = dataclasses.replace(test, protocol=protocol)
             return plan(test, None, design, effects, self._runs).next_experiment

@@ -205,8 +205,13 @@ class Discovery(Result):
         factors = self.baseline.fit.mean_log_factors
         return self.baseline.curves.model.test(self.dataset.baseline, factors)
 
-    def extended_test(self) -> BendingTest:
+    def extended_test(self, group: str = "") -> BendingTest:
         """Return the baseline with the factors and effects that were fitted together.
+
+        Parameters
+        ----------
+        group
+            Group of tests (`BendingTest.group`) whose own effects are added to those of all tests.
 
         Raises
         ------
@@ -216,7 +221,8 @@ class Discovery(Result):
         if self.extended is None:
             raise ValueError("nothing was suspected: there is no extended model")
         plain = dataclasses.replace(self.extended.curves.model, effects={})
-        test = plain.test(self.dataset.baseline, self.extended.fit.mean_log_factors)
+        baseline = dataclasses.replace(self.dataset.baseline, group=group)
+        test = plain.test(baseline, self.extended.fit.mean_log_factors)
         added = self.extended.fit.amplitudes.items()
         return with_effects(test, [(self.effects[name], value) for name, value in added])
 
@@ -397,6 +403,8 @@ class Discovery(Result):
         extended = {}
         if self.verdict == "cause":
             extended["extended"] = self.extended_test()
+            groups = sorted({self.effects[name].group for name in self.amplitudes} - {""})
+            extended |= {f"extended_{group}": self.extended_test(group) for group in groups}
         elif self.anatomy is not None and self.anatomy.supported:
             extended["extended"] = self.anatomy.extended_test()
         return {"baseline": self.baseline_test(), **extended}

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.changed_curves import changed_curves, following
@@ -241,28 +242,35 @@ class Predictor:
         They are those at displacements of the indenter; machine and seating are applied afterwards,
         to the corrected forces.
         """
-        return self._changes_of(self._tests)
+        return self._changes_of(self._tests, self._at)
 
     def _learn_changes(self, model: Model) -> None:
-        """Find what effects add to the mesh change of the first curve, per amplitude, (m,) each."""
+        """Find what effects add to the mesh changes per amplitude, shape (r, m) each."""
         for name, (effect, _) in model.effects.items():
             if name not in self._by_effect:
                 step, changed = self._first_with(effect)
-                more = self._changes_of(changed)[0] - self._mesh_changes[0]
-                self._by_effect[name] = more / step
+                first = self._first_of(effect)
+                more = self._changes_of(changed, self._at[[first]])[0] - self._mesh_changes[first]
+                self._by_effect[name] = more / step * self._acts_on(effect)[:, None]
 
     def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
         """Return a possible amplitude of an effect, and the first specification with it."""
-        return first_possible(
-            effect.typical, lambda amplitude: [effect.apply(self._tests[0], amplitude)]
-        )
+        first = self._tests[self._first_of(effect)]
+        return first_possible(effect.typical, lambda amplitude: [effect.apply(first, amplitude)])
 
-    def _changes_of(self, tests: Sequence[BendingTest]) -> Array:
-        """Return relative changes of the forces of the first curves on a finer mesh."""
+    def _acts_on(self, effect: Effect) -> NDArray[np.bool_]:
+        return np.array([effect.acts_on(test) for test in self._tests])
+
+    def _first_of(self, effect: Effect) -> int:
+        """Return the index of the first curve on which an effect acts."""
+        return int(self._acts_on(effect).argmax())
+
+    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array) -> Array:
+        """Return relative changes of forces on a finer mesh, at displacements of shape (n, m)."""
         standing, tasks = self._on_both_meshes(tests)
         curves = iter(simulated(self.runs, tasks))
         shares = {i: change_of(next(curves), next(curves)) for i in standing.chosen}
-        each = zip(standing.by, self._at, strict=False)
+        each = zip(standing.by, at_mm, strict=True)
         return np.array([np.interp(at, *shares[i]) for i, at in each])
 
     def _on_both_meshes(self, tests: Sequence[BendingTest]) -> tuple[Standing, list[CurveTask]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -82,6 +83,8 @@ class Effect:
     span_mm
         Span of the tests for which bounds and typical amplitude are stated, to which they are
         proportional; 0, the default, if they are the same for all spans. See `sized`.
+    group
+        Group of tests in which alone the effect is present, see `within`; empty for all.
     file
         User's file that defines the effect, set by `load_effects`; None for a shipped effect.
     """
@@ -98,6 +101,7 @@ class Effect:
     companions: tuple[Companion, ...] = ()
     per_specimen: bool = False
     span_mm: float = 0.0
+    group: str = ""
     file: Path | None = None
 
     def __post_init__(self) -> None:
@@ -140,6 +144,26 @@ class Effect:
                 raise SpecificationError(f"effect {self.name}.{name}", value, allowed)
         companions = tuple(replace(c, median=values.get(c.name, c.median)) for c in self.companions)
         return replace(self, apply=partial(self.apply, **values), companions=companions)
+
+    def within(self, group: str) -> Effect:
+        """Return the effect in the tests of one group only (`BendingTest.group`)."""
+        everywhere = self.apply
+
+        @functools.wraps(everywhere)
+        def apply(test: BendingTest, amplitude: float, **given: float) -> BendingTest:
+            return everywhere(test, amplitude, **given) if test.group == group else test
+
+        name, physics = f"{self.name}_of_{group}", f"{self.physics} Only in the group {group}."
+        return replace(self, name=name, physics=physics, apply=apply, group=group)
+
+    @property
+    def base_name(self) -> str:
+        """Name of the effect without that of its group."""
+        return self.name.removesuffix(f"_of_{self.group}") if self.group else self.name
+
+    def acts_on(self, test: BendingTest) -> bool:
+        """Return whether a test belongs to the group in which the effect is present."""
+        return self.group in ("", test.group)
 
     def centred(self, tests: Sequence[BendingTest]) -> Effect:
         """Return the effect with its covariates relative to their means over these tests.

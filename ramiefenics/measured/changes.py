@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +16,8 @@ from ramiefenics.measured.tables import need_columns, numbers
 from ramiefenics.specification import BendingTest, override
 from ramiefenics.specification.numerics import DOMAINS
 
-PATH = "protocol.then"
-"""The only key whose column does not hold numbers, but a list as in TOML, or nothing."""
+PATH, TEXT = "protocol.then", "group"
+"""The only keys whose columns do not hold numbers, but a list as in TOML or nothing, and text."""
 
 
 def changes_by_row(
@@ -45,6 +46,8 @@ def changes_by_row(
     for key, names in columns.items():
         if key == PATH:
             values = [cell or "[]" for cell in table[names[0]]]
+        elif key == TEXT:
+            values = [json.dumps(cell) for cell in table[names[0]]]
         else:
             unit = length if key.endswith("_mm") else 1.0
             means = np.mean([numbers(path, table, name) for name in names], axis=0)

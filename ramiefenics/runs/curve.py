@@ -167,7 +167,7 @@ def normalised(test: BendingTest) -> tuple[BendingTest, float]:
     stresses scale with the moduli (`Law.homogeneous`), so do forces, and one simulation serves all
     stalks that differ by a factor on all moduli.
     """
-    test = test.alone
+    test = dataclasses.replace(test.alone, group="")
     stalk, factor = test.stalk.measured_at_midspan(), 1.0
     if law_named(test.law).homogeneous:
         factor = stalk.layers[-1].material.elastic.E_Z_MPa * stalk.stiffness_factor / MODULUS_MPA

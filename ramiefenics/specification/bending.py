@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -47,6 +48,9 @@ class BendingTest:
         Later tests of the same stalk, one after the other; the stalk keeps the effects of the
         earlier ones. Each states its changes to this test's ``fixture``, ``protocol``, ``machine``
         and ``stalk.rotation_deg``. All tests but the last go back to zero travel.
+    group
+        Group to which the test belongs, one word, for instance the machine or the harvest. It
+        changes nothing, but an effect may be present in one group only.
     """
 
     stalk: Stalk
@@ -56,6 +60,7 @@ class BendingTest:
     law: str = "saturating_fibre"
     numerics: Numerics = field(default_factory=Numerics)
     further: tuple[dict[str, Any], ...] = field(default=(), hash=False)
+    group: str = ""
 
     def __post_init__(self) -> None:
         """Check the parts against each other; for instance, the stalk must reach its supports."""
@@ -69,6 +74,10 @@ class BendingTest:
         if not isinstance(self.fixture, GeneralFixture):
             check_instance(self, "fixture", Fixture)
         check_text(self, "law", empty=False)
+        check_text(self, "group")
+        if not re.fullmatch(r"\w*", self.group):
+            allowed = "must be one word of letters, digits and underscores"
+            raise SpecificationError("group", self.group, allowed)
         try:
             self.fixture.check_length(self.stalk.length_mm)
         except SpecificationError as error:

@@ -1,0 +1,149 @@
+"""Errors implanted into measured curves of maize roots, to be found beside what the roots have.
+
+    ./run python benchmarks/implanted.py FOLDER [--cases N]
+
+FOLDER is that of `benchmarks/roots.py`. Twelve roots of one genotype, whose displacement begins at
+the toe of each curve, are given to `ramiefenics discover` as they are and with an error in all of
+their records, or in those of a second machine, which tested every other root. Takes twenty minutes
+for each case on two cores; keeps finished cases in `records/implanted.json`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from record import read_record, write_record
+from roots import TO_MM, chosen, write_dataset
+
+import ramiefenics as rf
+
+GENOTYPE, ROOTS = "Oh43", 12
+HALF = "second"
+
+
+@dataclass(frozen=True)
+class Implant:
+    """An error of the machine or of the stated span.
+
+    Attributes
+    ----------
+    effect
+        Name of the effect that describes it.
+    amplitude
+        Its amplitude, in the unit of the effect.
+    half
+        Whether only the records of the second machine have it.
+    """
+
+    effect: str
+    amplitude: float
+    half: bool
+
+    @property
+    def name(self) -> str:
+        """Name by which `discover` should find it."""
+        return f"{self.effect}_of_{HALF}" if self.half else self.effect
+
+
+CASES: dict[str, Implant | None] = {"untouched": None} | {
+    f"{effect} {amplitude:g} in {where}": Implant(effect, amplitude, where == "half")
+    for effect, amplitude in (
+        ("machine_compliance", 0.01),
+        ("seating_gap", 0.1),
+        ("load_scale", 0.3),
+        ("load_offset", 3.0),
+        ("span_error", 2.0),
+        ("span_error", -2.0),
+    )
+    for where in ("all", "half")
+}
+
+RECORDED: dict[str, Callable[[pd.DataFrame, float], pd.DataFrame]] = {
+    "machine_compliance": lambda c, a: c.assign(
+        displacement_mm=c["displacement_mm"] + a * c["force_N"]
+    ),
+    "seating_gap": lambda c, a: c.assign(displacement_mm=c["displacement_mm"] + a),
+    "load_scale": lambda c, a: c.assign(force_N=(1.0 + a) * c["force_N"]),
+    "load_offset": lambda c, a: c.assign(force_N=c["force_N"] + a),
+}
+"""Records with an error of the machine. The span is stated, so its error is not in the records."""
+
+
+def write_case(roots: rf.Dataset, implant: Implant | None, folder: Path) -> None:
+    """Write the data set of a case."""
+    table = pd.DataFrame([record.row for record in roots.records])
+    table["machine"] = np.resize(["first", HALF], len(table))
+    table["span_mm"] = roots.baseline.fixture.span_mm
+    has = np.full(len(table), implant is not None)
+    if implant is not None and implant.half:
+        has = (table["machine"] == HALF).to_numpy()
+    curves = []
+    for record, wrong in zip(roots.records, has, strict=True):
+        curve = record.curve[record.curve["displacement_mm"] < TO_MM + 0.1]  # none breaks before
+        if wrong and implant is not None and implant.effect in RECORDED:
+            curve = RECORDED[implant.effect](curve, implant.amplitude)
+        curves.append(curve)
+    if implant is not None and implant.effect == "span_error":
+        table.loc[has, "span_mm"] -= implant.amplitude
+    write_dataset(table, GENOTYPE, folder)
+    (folder / "curves").mkdir()
+    for record, curve in zip(roots.records, curves, strict=True):
+        curve.to_csv(folder / "curves" / f"{record.name}.csv", index=False)
+    table["curve"] = [f"curves/{record.name}.csv" for record in roots.records]
+    table.to_csv(folder / "specimens.csv", index=False)
+    layout = (folder / "dataset.toml").read_text().replace('"toe"', '"machine"')
+    columns = '[specimens]\n"fixture.span_mm" = "span_mm"\n"group" = "machine"'
+    (folder / "dataset.toml").write_text(layout.replace("[specimens]", columns))
+
+
+def run(roots: rf.Dataset, implant: Implant | None, label: str) -> dict[str, Any]:
+    """Run `ramiefenics discover` on a case, and return its verdict."""
+    out = Path("results") / f"implanted-{label.replace(' ', '-')}"
+    with tempfile.TemporaryDirectory() as name:
+        data = Path(name) / "data"
+        write_case(roots, implant, data)
+        start = time.perf_counter()
+        subprocess.run(["ramiefenics", "discover", str(data), "--out", str(out)], check=True)
+        wall = time.perf_counter() - start
+    verdict = json.loads((out / "verdict.json").read_text())
+    kept = ("verdict", "groups", "p_value", "misfit_p_value", "probabilities", "amplitudes")
+    kept += ("gain", "shape_gain", "findings")
+    return {
+        "hidden": None if implant is None else implant.name,
+        "amplitude": None if implant is None else implant.amplitude,
+        "wall_s": wall,
+        **{key: verdict[key] for key in kept},
+    }
+
+
+def main() -> None:
+    """Run the cases that are not recorded yet."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--cases", type=int, default=len(CASES), help="how many, at most")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        data = Path(name) / "data"
+        write_dataset(chosen(arguments.folder, GENOTYPE, ROOTS), GENOTYPE, data)
+        roots = rf.read_dataset(data)
+    for label, implant in list(CASES.items())[: arguments.cases]:
+        record = read_record("implanted")
+        if label not in record:
+            record[label] = run(roots, implant, label)
+            write_record("implanted", record)
+        found = record[label]
+        print(label, found["verdict"], found["groups"], found["amplitudes"], flush=True)
+
+
+if __name__ == "__main__":
+    main()
