@@ -25,7 +25,7 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence, log_evidence_slope
 from ramiefenics.discovery.gain import measure_gain
 from ramiefenics.discovery.hidden import cosines, limits
-from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.discovery.scatter import ALIKE, DRIFT, LENGTH, NOISE, OWN, SPREAD, Scatter
 
 M, FACTOR_SD = 16, 0.1
 X = (np.arange(M) + 1.0) / M
@@ -286,3 +286,20 @@ def test_gain_counts_specimens_not_points():
     assert few.interval == pytest.approx(measured(10).interval)
     assert few.interval[0] < few.ratio < few.interval[1]
     assert few.ratio == pytest.approx((after**2).mean() ** 0.5 / (before**2).mean() ** 0.5)
+
+
+def test_prior_of_scatter_is_a_correlated_gaussian():
+    scatter = replace(SCATTER, own=(0.4, 0.1, 0.02), spread={"swing": 0.2})
+    priors = np.array([*[OWN] * 3, NOISE, LENGTH, DRIFT, SPREAD])
+    correlation = np.eye(len(priors))
+    correlation[:3, :3] = ALIKE + (1.0 - ALIKE) * np.eye(3)
+    sd = priors[:, 1]
+    gaussian = multivariate_normal(np.log(priors[:, 0]), correlation * np.outer(sd, sd))
+    at, middle = scatter.logarithms(), np.log(priors[:, 0])
+    assert scatter.log_prior() == pytest.approx(gaussian.logpdf(at) - gaussian.logpdf(middle))
+    slope, precision = scatter.prior_derivatives()
+    for k, step in enumerate(1e-4 * np.eye(len(at))):
+        up, down = gaussian.logpdf(at + step), gaussian.logpdf(at - step)
+        assert slope[k] == pytest.approx((up - down) / 2e-4, rel=1e-6)
+        curvature = (2.0 * gaussian.logpdf(at) - up - down) / 1e-8
+        assert precision[k, k] == pytest.approx(curvature, rel=1e-4)

@@ -13,7 +13,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.blocks import Blocks
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitted, Fitter
-from ramiefenics.discovery.linearised import Model
+from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.prediction import Predictor
@@ -289,3 +289,36 @@ def test_a_fit_at_its_bound_is_steady_where_it_was_linearised(at: float, steady:
         log_factors=np.zeros((1, 2)), amplitude=lambda name: at, effects={"fibre_damage": None}
     )
     assert Fitted(SimpleNamespace(model=model), fit).steady == steady
+
+
+SHARES = np.array([[0.7, 0.3], [0.4, 0.6]])
+"""Powers of two moduli to which the forces of two stalks are proportional."""
+
+
+def powers(log_factors: np.ndarray) -> Linearised:
+    """Return curves that are products of powers of two moduli, and begin with an offset of 1 N."""
+    force = np.exp((SHARES * log_factors).sum(axis=1))[:, None] * np.linspace(0.0, 300.0, 7)
+    by_own = SHARES[..., None] * force[:, None]
+    none = np.zeros((2, 0, 7))
+    model, effects = Model((), log_factors), {"scale": 0.2 * force}
+    return Linearised(model, force + 1.0, 0.0 * force, by_own, by_own, none, effects, {})
+
+
+def test_forces_between_simulations_are_powers_of_the_moduli() -> None:
+    """An offset of the load cell is not multiplied where it is all there is.
+
+    Elsewhere it is, though it should not be; the tolerance is what that amounts to.
+    """
+    here, there = np.zeros((2, 2)), np.array([[0.5, -0.3], [-0.4, 0.6]])
+    found, exact = powers(here).at(there, np.arange(2)), powers(there)
+    assert found.force[:, 0] == pytest.approx(1.0)
+    assert found.force == pytest.approx(exact.force, rel=1e-2)
+    assert found.by_own == pytest.approx(exact.by_own, rel=1e-2)
+    assert found.by_effects["scale"] == pytest.approx(exact.by_effects["scale"], rel=1e-2)
+
+
+def test_forces_are_proportional_to_all_moduli_together() -> None:
+    force = powers(np.zeros((2, 2))).force - 1.0
+    plain = dataclasses.replace(powers(np.zeros((2, 2))), force=force)
+    twice = plain.at(np.full((2, 2), np.log(2.0)), np.arange(2))
+    assert twice.force == pytest.approx(2.0 * force)

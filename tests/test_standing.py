@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.changed_curves import changed_curves, following
+from ramiefenics.discovery.changed_curves import Carried, following
 from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
 from ramiefenics.discovery.stepping import Stepping
 
@@ -106,6 +106,18 @@ def beam(test: rf.BendingTest) -> pd.DataFrame:
     size = diameter**4 / test.fixture.span_mm**3 * test.stalk.stiffness_factor
     force = size * x / (1.0 + 0.05 * x) * (1.0 + 0.2 * test.fixture.friction.static * x / 14.0)
     return pd.DataFrame({"displacement_mm": x, "force_N": force, "by": 0.5 * force})
+
+
+def changed_curves(
+    curves: Sequence[pd.DataFrame],
+    before: Sequence[rf.BendingTest],
+    after: Sequence[rf.BendingTest],
+    simulate: Callable[[Sequence[rf.BendingTest]], Sequence[pd.DataFrame]],
+) -> list[pd.DataFrame]:
+    carried = Carried.of(before, after)
+    answers = simulate([after[i] for i in carried.chosen]) if carried.chosen else []
+    pairs = zip(carried.chosen, answers, strict=True)
+    return carried.changed(curves, {i: (curves[i], answer) for i, answer in pairs})
 
 
 def test_few_simulations_tell_what_effects_make_of_all_curves(

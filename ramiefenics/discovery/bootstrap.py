@@ -146,7 +146,7 @@ def _refitted(evidence: Evidence, scatter: Scatter, draws: Array) -> Sequence[Sc
         [(values(middle + step) - values(middle - step)) / (2 * STEP) for step in steps]
     )
     prior_slope, precision = scatter.prior_derivatives()
-    information = np.atleast_2d(np.cov(slopes)) + np.diag(precision)
+    information = np.atleast_2d(np.cov(slopes)) + precision
     moves = np.linalg.solve(information, slopes + prior_slope[:, None])
     moves = np.clip(moves, -FARTHEST, FARTHEST)
     return [scatter.moved(middle + move) for move in moves.T]

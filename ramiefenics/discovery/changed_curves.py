@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,27 +86,6 @@ class Carried:
             curve.assign(**curve.drop(columns="displacement_mm").mul(1.0 + share, axis=0))
             for curve, share in zip(curves, shares, strict=True)
         ]
-
-
-def changed_curves(
-    curves: Sequence[pd.DataFrame],
-    before: Sequence[BendingTest],
-    after: Sequence[BendingTest],
-    simulated: Callable[[Sequence[BendingTest]], Sequence[pd.DataFrame]],
-) -> list[pd.DataFrame]:
-    """Return the curves after a change of their specifications, see `Carried`.
-
-    Parameters
-    ----------
-    curves, before, after
-        Curves before the change, and specifications before and after it.
-    simulated
-        Returns simulated curves of some specifications.
-    """
-    carried = Carried.of(before, after)
-    answers = simulated([after[i] for i in carried.chosen]) if carried.chosen else ()
-    pairs = {i: (curves[i], answer) for i, answer in zip(carried.chosen, answers, strict=True)}
-    return carried.changed(curves, pairs)
 
 
 def following(before: Sequence[BendingTest], after: Sequence[BendingTest]) -> list[BendingTest]:

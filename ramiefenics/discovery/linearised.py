@@ -13,6 +13,10 @@ from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.effects import Effect
 from ramiefenics.specification import BendingTest
 
+UNLOADED = 0.01
+"""Share of the largest force up to which a force may be an offset of the load cell, which no factor
+multiplies."""
+
 
 @dataclass(frozen=True)
 class Model:
@@ -103,8 +107,10 @@ class Linearised:
     def at(self, log_factors: Array, specimen: Integers) -> Linearised:
         """Return the curves linearised near other log factors, without further simulations.
 
-        Forces are taken to be linear in the factors, not in their logarithms, because the forces of
-        an elastic stalk are exactly proportional to all of its moduli together.
+        Forces are taken for products of powers of the factors. The forces of an elastic stalk are
+        exactly proportional to all of its moduli together, as such products are, and lie between
+        those of layers side by side and those of flexibilities one after the other. What effects
+        and common factors change stays in proportion to the stalk's own force.
 
         Parameters
         ----------
@@ -113,14 +119,17 @@ class Linearised:
         specimen
             Index of the specimen of every curve, shape (r,).
         """
-        growth = np.exp((log_factors - self.model.log_factors)[specimen])
-        by_own = self.by_own * growth[..., None]
-        moved = dataclasses.replace(self.model, log_factors=log_factors)
-        common_growth = np.exp(moved.median - self.model.median)
+        change = (log_factors - self.model.log_factors)[specimen]
+        rise = np.einsum("rkm,rk->rm", self.by_own, change)
+        loaded = self.force > UNLOADED * self.force.max(axis=1, keepdims=True)
+        growth = np.exp(np.divide(rise, self.force, out=np.zeros_like(rise), where=loaded))
+        force = np.where(loaded, self.force * growth, self.force + rise)
+        size = force.sum(axis=1, keepdims=True) / self.force.sum(axis=1, keepdims=True)
         return dataclasses.replace(
             self,
-            model=moved,
-            force=self.force + (by_own - self.by_own).sum(axis=1),
-            by_own=by_own,
-            by_common=self.by_common * common_growth[:, None],
+            model=dataclasses.replace(self.model, log_factors=log_factors),
+            force=force,
+            by_own=self.by_own * growth[:, None],
+            by_common=self.by_common * size[..., None],
+            by_effects={name: size * change for name, change in self.by_effects.items()},
         )

@@ -12,13 +12,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.changed_curves import changed_curves, following
+from ramiefenics.discovery.changed_curves import Carried, following
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.observed import Observed, read
-from ramiefenics.discovery.signatures import first_possible, signatures
+from ramiefenics.discovery.signatures import Signatures, first_possible
 from ramiefenics.discovery.standing import Place, Standing, change_of
 from ramiefenics.effects import Effect
+from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine
 from ramiefenics.surrogate import LearnedCurves
@@ -103,7 +104,9 @@ class Predictor:
         """
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
-        raw, typical_raw = self._raw((model, typical), smooth, needed)
+        by_amplitudes = Signatures.of(self, typical, suspects, smooth)
+        soon = [*by_amplitudes.tasks, *self._soon(needed)]
+        raw, typical_raw, answers = self._raw((model, typical), smooth, soon)
         self._learn_changes(needed)
         tests, curves = self.tests(model), self.extrapolated(raw, model)
         force = self.read(tests, curves)
@@ -114,16 +117,17 @@ class Predictor:
         typical_force = self.read(tests, curves)
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
         by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
-        by_effects, refused = signatures(self, typical, typical_raw, suspects, smooth)
+        by_effects, refused = by_amplitudes.found(typical_raw, answers[: len(by_amplitudes.tasks)])
         by_effects = {name: size * change for name, change in by_effects.items()}
         return Linearised(model, force, by_cells, by_own, by_common, by_mesh, by_effects, refused)
 
     def _raw(
-        self, models: tuple[Model, Model], smooth: bool, needed: Model
-    ) -> tuple[list[pd.DataFrame], ...]:
+        self, models: tuple[Model, Model], smooth: bool, soon: Sequence[CurveTask]
+    ) -> tuple[list[pd.DataFrame], list[pd.DataFrame], list[Done[pd.DataFrame]]]:
         """Return the curves of two models as simulated, with derivatives by the log factors.
 
-        Idle processors simulate what a further model is about to need.
+        The outcomes of tasks that are needed soon are returned as well, because all simulations
+        that do not depend on one another are done together.
         """
         alike = np.array_equal(models[0].log_factors, models[1].log_factors)
         different = models[:1] if alike else models
@@ -133,12 +137,17 @@ class Predictor:
             for model, some in zip(different, tests, strict=True)
         ]
         before, after = [t for some in without for t in some], [t for some in tests for t in some]
+        carried = Carried.of(before, after)
         tasks = [self.task(test, models[0].factors, smooth) for test in before]
-        answers = self.runs.map([*tasks, *self._soon(needed)])
+        changed = [self.task(after[i]) for i in carried.chosen]
+        answers = self.runs.map([*tasks, *changed, *soon])
         curves = [done.result() for done in answers[: len(tasks)]]
-        raw = changed_curves(curves, before, after, self.plain)
-        number = len(tests[0])
-        return raw[:number], raw[-number:]
+        pairs = {
+            i: (curves[i], done.result())
+            for i, done in zip(carried.chosen, answers[len(tasks) :], strict=False)
+        }
+        raw, number = carried.changed(curves, pairs), len(tests[0])
+        return raw[:number], raw[-number:], answers[len(tasks) + len(changed) :]
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
         """Return the same linearised curves with the forces of every curve simulated.
@@ -167,10 +176,6 @@ class Predictor:
         """Return the specifications of all curves, with factors and effects."""
         each = model.log_factors[self._specimen]
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
-
-    def plain(self, tests: Sequence[BendingTest]) -> list[pd.DataFrame]:
-        """Return simulated curves of some specifications, over the range of the data."""
-        return simulated(self.runs, [self.task(test) for test in tests])
 
     def task(
         self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False

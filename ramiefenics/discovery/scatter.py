@@ -12,6 +12,12 @@ OWN, NOISE, LENGTH, DRIFT, SPREAD = (0.05, 1.2), (0.01, 1.0), (0.06, 0.8), (0.00
 """Median, and standard deviation of the logarithm, of the priors of `Scatter.own`, `noise`,
 `length`, `drift` and `spread`."""
 
+ALIKE = 0.75
+"""Prior correlation of the logarithms of any two of `Scatter.own`.
+
+Moduli of plant tissue differ between specimens mostly because its density and its water content do,
+so where one of them differs much, so do the others."""
+
 
 @dataclass(frozen=True)
 class Scatter:
@@ -58,11 +64,19 @@ class Scatter:
 
     def log_prior(self) -> float:
         """Return the log-prior of the values, up to a constant."""
-        slope, precision = self.prior_derivatives()
-        return float(-0.5 * (slope**2 / precision).sum())
+        from_median, precision = self._prior()
+        return float(-0.5 * from_median @ precision @ from_median)
 
     def prior_derivatives(self) -> tuple[Array, Array]:
         """Return first derivatives of `log_prior` by `logarithms`, and minus the second ones."""
-        known = [OWN] * len(self.own) + [NOISE, LENGTH, DRIFT] + [SPREAD] * len(self.spread)
+        from_median, precision = self._prior()
+        return -precision @ from_median, precision
+
+    def _prior(self) -> tuple[Array, Array]:
+        """Return the deviations of `logarithms` from their medians, and their prior precision."""
+        factors = len(self.own)
+        known = [OWN] * factors + [NOISE, LENGTH, DRIFT] + [SPREAD] * len(self.spread)
         median, sd = np.array(known).T
-        return -(self.logarithms() - np.log(median)) / sd**2, 1.0 / sd**2
+        alike = np.eye(len(known))
+        alike[:factors, :factors] += ALIKE * (1.0 - np.eye(factors))
+        return self.logarithms() - np.log(median), np.linalg.inv(alike * sd * sd[:, None])

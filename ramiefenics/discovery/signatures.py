@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from ramiefenics.discovery.standing import Place, Standing, slope_of
 from ramiefenics.discovery.stepping import Stepping
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import normalised
+from ramiefenics.runs.curve import CurveTask, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import (
     Direction,
@@ -75,92 +75,143 @@ class Along:
         return cls(direction, float(np.log(moved_factor / factor)) / SMALL)
 
 
-def signatures(
-    predictor: Predictor,
-    model: Model,
-    raw: Sequence[pd.DataFrame],
-    suspects: Mapping[str, Effect],
-    smooth: bool,
-) -> tuple[dict[str, Array], dict[str, str]]:
-    """Return derivatives with respect to amplitudes, and the reasons where there are none.
+@dataclass(frozen=True)
+class Signatures:
+    """What is simulated to find derivatives with respect to amplitudes.
 
-    Derivatives are in N per unit of the amplitude, shape (r, m). By effects that only alter numbers
-    and are not in the model, they are derivatives of the simulation along these numbers; by all
-    others, they are finite differences. By errors of the machine, they need no simulation.
+    By effects that only alter numbers and are not in the model, they are derivatives of the
+    simulation along these numbers; by all others, they are finite differences. By errors of the
+    machine, they need no simulation.
 
-    Parameters
+    Attributes
     ----------
     predictor
         Predictor of the curves.
     model
         Model around which the curves are linearised.
-    raw
-        All curves of the model as simulated.
     suspects
         Effects, whether the model contains them or not.
-    smooth
-        Whether to refuse a stalk that jumps where derivatives are asked for.
+    moved, steps
+        Specifications with an amplitude changed, and the changes, by effect.
+    refused
+        Reasons why effects have no derivative, by name.
+    along, standing
+        Effects that only alter numbers, and which stalks stand for which.
+    stepping
+        Steps of the other effects.
+    derived, plain
+        Tasks for curves with derivatives, by index, and without, by identity of the specification.
     """
-    tests = predictor.tests(model)
-    without = predictor.tests(dataclasses.replace(model, effects={}))
-    moved, steps, refused = _moved(predictor, model, suspects)
-    derived_by = moved if predictor.derives else ()
-    along = _along(model, tests, {name: suspects[name] for name in derived_by})
-    places = [Place.of(test) for test in tests]
-    standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
-    stepping = {n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along}
-    derived, plain = _simulated(predictor, tests, standing, along, stepping, smooth)
-    curves = predictor.extrapolated(raw, model)
-    force = predictor.read(tests, curves)
-    found = {}
-    for name in moved:
-        effect = suspects[name]
-        try:
-            if name in along:
-                shares = {i: slope_of(derived[i].result(), name) for i in standing[name].chosen}
-                slopes = standing[name].changes(curves, shares)
-                for slope, curve, change in zip(slopes, curves, along[name], strict=True):
-                    slope += change.scale * curve["force_N"].to_numpy()
-                found[name] = predictor.slopes_by(tests, curves, force, slopes) / effect.typical
-            else:
-                after = stepping[name].stepped(raw, lambda test: plain[id(test)].result())
-                if name in model.effects:  # only then can its mesh correction be known
-                    there = model.changed(effect, model.amplitude(name) + steps[name])
+
+    predictor: Predictor
+    model: Model
+    suspects: Mapping[str, Effect]
+    moved: Mapping[str, list[BendingTest]]
+    steps: Mapping[str, float]
+    refused: Mapping[str, str]
+    along: Mapping[str, Sequence[Along]]
+    standing: Mapping[str, Standing]
+    stepping: Mapping[str, Stepping]
+    derived: Mapping[int, CurveTask]
+    plain: Mapping[int, CurveTask]
+
+    @classmethod
+    def of(
+        cls, predictor: Predictor, model: Model, suspects: Mapping[str, Effect], smooth: bool
+    ) -> Signatures:
+        """Choose what is simulated.
+
+        Parameters
+        ----------
+        predictor, model, suspects
+            See the attributes.
+        smooth
+            Whether to refuse a stalk that jumps where derivatives are asked for.
+        """
+        tests = predictor.tests(model)
+        without = predictor.tests(dataclasses.replace(model, effects={}))
+        moved, steps, refused = _moved(predictor, model, suspects)
+        derived_by = moved if predictor.derives else ()
+        along = _along(model, tests, {name: suspects[name] for name in derived_by})
+        places = [Place.of(test) for test in tests]
+        standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
+        stepping = {
+            n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along
+        }
+        derived = {}
+        for i in sorted({i for name in along for i in standing[name].chosen}):
+            directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
+            derived[i] = predictor.task(tests[i], tuple(directions), smooth)
+        plain = {id(t): predictor.task(t) for some in stepping.values() for t in some.simulated}
+        return cls(
+            predictor,
+            model,
+            suspects,
+            moved,
+            steps,
+            refused,
+            along,
+            standing,
+            stepping,
+            derived,
+            plain,
+        )
+
+    @property
+    def tasks(self) -> list[CurveTask]:
+        """Tasks for all curves that are needed."""
+        return [*self.derived.values(), *self.plain.values()]
+
+    def found(
+        self, raw: Sequence[pd.DataFrame], answers: Sequence[Done[pd.DataFrame]]
+    ) -> tuple[dict[str, Array], dict[str, str]]:
+        """Return derivatives, N per unit, shape (r, m), and the reasons where there are none.
+
+        Parameters
+        ----------
+        raw
+            All curves of the model as simulated.
+        answers
+            Outcomes of `tasks`.
+        """
+        number, refused = len(self.derived), dict(self.refused)
+        derived = dict(zip(self.derived, answers[:number], strict=True))
+        plain = dict(zip(self.plain, answers[number:], strict=True))
+        tests = self.predictor.tests(self.model)
+        curves = self.predictor.extrapolated(raw, self.model)
+        force = self.predictor.read(tests, curves)
+        found = {}
+        for name in self.moved:
+            try:
+                if name in self.along:
+                    slopes = self._slopes(name, curves, derived)
+                    by_typical = self.predictor.slopes_by(tests, curves, force, slopes)
+                    found[name] = by_typical / self.suspects[name].typical
                 else:
-                    there = model
-                moved_force = predictor.read(moved[name], predictor.extrapolated(after, there))
-                found[name] = (moved_force - force) / steps[name]
-        except SpecificationError as error:
-            refused[name] = str(error)
-    return found, refused
+                    after = self.stepping[name].stepped(raw, lambda test: plain[id(test)].result())
+                    found[name] = (self._after(name, after) - force) / self.steps[name]
+            except SpecificationError as error:
+                refused[name] = str(error)
+        return found, refused
 
+    def _slopes(
+        self, name: str, curves: Sequence[pd.DataFrame], derived: Mapping[int, Done[pd.DataFrame]]
+    ) -> list[Array]:
+        """Return derivatives of the indenter's forces, per typical amplitude."""
+        standing = self.standing[name]
+        shares = {i: slope_of(derived[i].result(), name) for i in standing.chosen}
+        slopes = standing.changes(curves, shares)
+        for slope, curve, change in zip(slopes, curves, self.along[name], strict=True):
+            slope += change.scale * curve["force_N"].to_numpy()
+        return slopes
 
-Answers: TypeAlias = dict[int, Done[pd.DataFrame]]
-
-
-def _simulated(
-    predictor: Predictor,
-    tests: Sequence[BendingTest],
-    standing: Mapping[str, Standing],
-    along: Mapping[str, Sequence[Along]],
-    stepping: Mapping[str, Stepping],
-    smooth: bool,
-) -> tuple[Answers, Answers]:
-    """Return curves with derivatives, by index, and without, by identity of the specification.
-
-    All of them are simulated together.
-    """
-    derived = {}
-    for i in sorted({i for name in along for i in standing[name].chosen}):
-        directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
-        derived[i] = predictor.task(tests[i], tuple(directions), smooth)
-    plain = {id(t): predictor.task(t) for some in stepping.values() for t in some.simulated}
-    done = predictor.runs.map([*derived.values(), *plain.values()])
-    number = len(derived)
-    return (
-        dict(zip(derived, done[:number], strict=True)),
-        dict(zip(plain, done[number:], strict=True)),
-    )
+    def _after(self, name: str, curves: Sequence[pd.DataFrame]) -> Array:
+        """Return the recorded forces after a step, given the simulated curves, shape (r, m)."""
+        there = self.model
+        if name in there.effects:  # only then can its mesh correction be known
+            effect = self.suspects[name]
+            there = there.changed(effect, there.amplitude(name) + self.steps[name])
+        return self.predictor.read(self.moved[name], self.predictor.extrapolated(curves, there))
 
 
 def _moved(
