@@ -131,5 +131,5 @@ class Linearised:
             force=force,
             by_own=self.by_own * growth[:, None],
             by_common=self.by_common * size[..., None],
-            by_effects={name: size * change for name, change in self.by_effects.items()},
+            by_effects={name: size * by for name, by in self.by_effects.items()},
         )
