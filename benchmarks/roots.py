@@ -88,14 +88,18 @@ def run(folder: Path, genotype: str, number: int) -> dict[str, Any]:
         data = Path(name) / "data"
         table = chosen(folder, genotype, number)
         write_dataset(table, genotype, data)
-        start = time.perf_counter()
-        subprocess.run(["ramiefenics", "discover", str(data), "--out", str(out)], check=True)
-        verdict = json.loads((out / "verdict.json").read_text())
+        return {"roots": len(table), **discovered(data, out)}
+
+
+def discovered(data: Path, out: Path) -> dict[str, Any]:
+    """Run `ramiefenics discover` on a data set; return what is recorded of its verdict."""
+    start = time.perf_counter()
+    subprocess.run(["ramiefenics", "discover", str(data), "--out", str(out)], check=True)
+    wall = time.perf_counter() - start
+    verdict = json.loads((out / "verdict.json").read_text())
     kept = ("verdict", "groups", "p_value", "misfit_p_value", "probabilities", "amplitudes")
     kept += ("gain", "shape_gain", "anatomy", "findings")
-    return {"roots": len(table), "wall_s": time.perf_counter() - start} | {
-        key: verdict[key] for key in kept
-    }
+    return {"wall_s": wall, **{key: verdict[key] for key in kept}}
 
 
 def main() -> None:

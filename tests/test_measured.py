@@ -82,6 +82,11 @@ def test_several_columns_are_averaged(folder: Path) -> None:
     assert first.test.stalk.void_diameter_mm == pytest.approx(7.5)
 
 
+def test_a_group_is_a_word_even_if_it_looks_like_a_number(folder: Path) -> None:
+    replace(folder / "dataset.toml", '"stalk.position_mm" = "height"', '"group" = "height"')
+    assert [record.test.group for record in rf.read_dataset(folder).records] == ["10", "20"]
+
+
 def test_a_baseline_may_be_a_file(folder: Path) -> None:
     rf.write_test(rf.ramie(15.0, 7.0, 0.7), folder / "mine.toml")
     replace(folder / "dataset.toml", '"table3"', '"mine.toml"')
@@ -106,6 +111,18 @@ DEFECTS = [
     ("dataset.toml", "speed", 'to_mm = "end"\nspeed', r"dataset\.toml\.to_mm = 'end'.*a number"),
     ("dataset.toml", '"load"', "7", r"dataset\.toml\.columns\.force = 7 must be text"),
     ("dataset.toml", '= "height"', "= 7", r"specimens\.stalk\.position_mm = 7 must be the name"),
+    (
+        "dataset.toml",
+        '"stalk.position_mm" = "height"',
+        '"group" = ["void", "height"]',
+        r"dataset\.toml, group = \['void', 'height'\] must be a single column",
+    ),
+    (
+        "dataset.toml",
+        '"stalk.position_mm" = "height"',
+        '"group" = "void"',
+        r"row 2 \(A\).*group = '0\.72' must be one word",
+    ),
     ("dataset.toml", "speed", 'fit = "all"\nspeed', r"dataset\.toml\.fit = 'all' must be a list"),
     ("dataset.toml", "speed", "= =", r"not valid TOML"),
     ("specimens.csv", "0.72", "wide", r"specimens\.csv, row 2, column void = 'wide'.*a number"),

@@ -11,15 +11,12 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.linearised import Linearised, Model
+from ramiefenics.discovery.linearised import LOADED, Linearised, Model
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.specification import BendingTest
-
-LOADED = 0.01
-"""Share of the largest force above which the ratio of a derivative to the force is meaningful."""
 
 
 class UnloadingPredictor(Predictor):

@@ -32,7 +32,7 @@ from ramiefenics.discovery.verdict import (
     decide,
     least_gain,
 )
-from ramiefenics.effects import EFFECTS, OF_A_GROUP, SUSPECTS, Effect
+from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
 from ramiefenics.measured.unloading import unloads, with_unloading
 from ramiefenics.runs import lasting
@@ -102,8 +102,8 @@ def _in_single_groups(effects: Mapping[str, Effect], dataset: Dataset) -> dict[s
     groups = sorted({record.test.group for record in dataset.records})
     if len(groups) == 1:
         return {}
-    names = [name for name in effects if name in OF_A_GROUP]
-    each = [effects[name].within(group) for name in names for group in groups if group]
+    single = [effect for effect in effects.values() if effect.by_group]
+    each = [effect.within(group) for effect in single for group in groups if group]
     return {effect.name: effect for effect in each}
 
 

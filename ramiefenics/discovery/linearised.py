@@ -13,9 +13,9 @@ from ramiefenics.discovery.factors import Factor, apply_factors
 from ramiefenics.effects import Effect
 from ramiefenics.specification import BendingTest
 
-UNLOADED = 0.01
-"""Share of the largest force up to which a force may be an offset of the load cell, which no factor
-multiplies."""
+LOADED = 0.01
+"""Share of the largest force above which the ratio of a derivative to the force is meaningful; a
+smaller force may be an offset of the load cell."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Linearised:
         """
         change = (log_factors - self.model.log_factors)[specimen]
         rise = np.einsum("rkm,rk->rm", self.by_own, change)
-        loaded = self.force > UNLOADED * self.force.max(axis=1, keepdims=True)
+        loaded = self.force > LOADED * self.force.max(axis=1, keepdims=True)
         growth = np.exp(np.divide(rise, self.force, out=np.zeros_like(rise), where=loaded))
         force = np.where(loaded, self.force * growth, self.force + rise)
         size = force.sum(axis=1, keepdims=True) / self.force.sum(axis=1, keepdims=True)

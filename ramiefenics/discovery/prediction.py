@@ -104,7 +104,7 @@ class Predictor:
         """
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
-        by_amplitudes = Signatures.of(self, typical, suspects, smooth)
+        by_amplitudes = Signatures(self, typical, suspects, smooth)
         soon = [*by_amplitudes.tasks, *self._soon(needed)]
         raw, typical_raw, answers = self._raw((model, typical), smooth, soon)
         self._learn_changes(needed)

@@ -16,7 +16,7 @@ from ramiefenics.discovery.standing import Place, Standing, slope_of
 from ramiefenics.discovery.stepping import Stepping
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import CurveTask, normalised
+from ramiefenics.runs.curve import normalised
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import (
     Direction,
@@ -75,15 +75,14 @@ class Along:
         return cls(direction, float(np.log(moved_factor / factor)) / SMALL)
 
 
-@dataclass(frozen=True)
 class Signatures:
-    """What is simulated to find derivatives with respect to amplitudes.
+    """Derivatives with respect to amplitudes, and what is simulated to find them.
 
     By effects that only alter numbers and are not in the model, they are derivatives of the
     simulation along these numbers; by all others, they are finite differences. By errors of the
     machine, they need no simulation.
 
-    Attributes
+    Parameters
     ----------
     predictor
         Predictor of the curves.
@@ -91,76 +90,38 @@ class Signatures:
         Model around which the curves are linearised.
     suspects
         Effects, whether the model contains them or not.
-    moved, steps
-        Specifications with an amplitude changed, and the changes, by effect.
-    refused
-        Reasons why effects have no derivative, by name.
-    along, standing
-        Effects that only alter numbers, and which stalks stand for which.
-    stepping
-        Steps of the other effects.
-    derived, plain
-        Tasks for curves with derivatives, by index, and without, by identity of the specification.
+    smooth
+        Whether to refuse a stalk that jumps where derivatives are asked for.
+
+    Attributes
+    ----------
+    tasks
+        Tasks for all curves that are needed.
     """
 
-    predictor: Predictor
-    model: Model
-    suspects: Mapping[str, Effect]
-    moved: Mapping[str, list[BendingTest]]
-    steps: Mapping[str, float]
-    refused: Mapping[str, str]
-    along: Mapping[str, Sequence[Along]]
-    standing: Mapping[str, Standing]
-    stepping: Mapping[str, Stepping]
-    derived: Mapping[int, CurveTask]
-    plain: Mapping[int, CurveTask]
-
-    @classmethod
-    def of(
-        cls, predictor: Predictor, model: Model, suspects: Mapping[str, Effect], smooth: bool
-    ) -> Signatures:
-        """Choose what is simulated.
-
-        Parameters
-        ----------
-        predictor, model, suspects
-            See the attributes.
-        smooth
-            Whether to refuse a stalk that jumps where derivatives are asked for.
-        """
-        tests = predictor.tests(model)
+    def __init__(
+        self, predictor: Predictor, model: Model, suspects: Mapping[str, Effect], smooth: bool
+    ) -> None:
+        self._predictor, self._model, self._suspects = predictor, model, suspects
+        self._tests = tests = predictor.tests(model)
         without = predictor.tests(dataclasses.replace(model, effects={}))
-        moved, steps, refused = _moved(predictor, model, suspects)
+        moved, self._steps, self._refused = _moved(predictor, model, suspects)
         derived_by = moved if predictor.derives else ()
         along = _along(model, tests, {name: suspects[name] for name in derived_by})
         places = [Place.of(test) for test in tests]
         standing = {n: Standing.of(places, [Place.of(test) for test in moved[n]]) for n in along}
-        stepping = {
+        self._stepping = {
             n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along
         }
+        self._moved, self._along, self._standing = moved, along, standing
         derived = {}
         for i in sorted({i for name in along for i in standing[name].chosen}):
             directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
             derived[i] = predictor.task(tests[i], tuple(directions), smooth)
-        plain = {id(t): predictor.task(t) for some in stepping.values() for t in some.simulated}
-        return cls(
-            predictor,
-            model,
-            suspects,
-            moved,
-            steps,
-            refused,
-            along,
-            standing,
-            stepping,
-            derived,
-            plain,
-        )
-
-    @property
-    def tasks(self) -> list[CurveTask]:
-        """Tasks for all curves that are needed."""
-        return [*self.derived.values(), *self.plain.values()]
+        needed = (test for some in self._stepping.values() for test in some.simulated)
+        plain = {id(test): predictor.task(test) for test in needed}
+        self._derived, self._plain = tuple(derived), tuple(plain)
+        self.tasks = [*derived.values(), *plain.values()]
 
     def found(
         self, raw: Sequence[pd.DataFrame], answers: Sequence[Done[pd.DataFrame]]
@@ -174,22 +135,21 @@ class Signatures:
         answers
             Outcomes of `tasks`.
         """
-        number, refused = len(self.derived), dict(self.refused)
-        derived = dict(zip(self.derived, answers[:number], strict=True))
-        plain = dict(zip(self.plain, answers[number:], strict=True))
-        tests = self.predictor.tests(self.model)
-        curves = self.predictor.extrapolated(raw, self.model)
-        force = self.predictor.read(tests, curves)
+        number, refused, tests = len(self._derived), dict(self._refused), self._tests
+        derived = dict(zip(self._derived, answers[:number], strict=True))
+        plain = dict(zip(self._plain, answers[number:], strict=True))
+        curves = self._predictor.extrapolated(raw, self._model)
+        force = self._predictor.read(tests, curves)
         found = {}
-        for name in self.moved:
+        for name in self._moved:
             try:
-                if name in self.along:
+                if name in self._along:
                     slopes = self._slopes(name, curves, derived)
-                    by_typical = self.predictor.slopes_by(tests, curves, force, slopes)
-                    found[name] = by_typical / self.suspects[name].typical
+                    by_typical = self._predictor.slopes_by(tests, curves, force, slopes)
+                    found[name] = by_typical / self._suspects[name].typical
                 else:
-                    after = self.stepping[name].stepped(raw, lambda test: plain[id(test)].result())
-                    found[name] = (self._after(name, after) - force) / self.steps[name]
+                    after = self._stepping[name].stepped(raw, lambda test: plain[id(test)].result())
+                    found[name] = (self._after(name, after) - force) / self._steps[name]
             except SpecificationError as error:
                 refused[name] = str(error)
         return found, refused
@@ -198,20 +158,20 @@ class Signatures:
         self, name: str, curves: Sequence[pd.DataFrame], derived: Mapping[int, Done[pd.DataFrame]]
     ) -> list[Array]:
         """Return derivatives of the indenter's forces, per typical amplitude."""
-        standing = self.standing[name]
+        standing = self._standing[name]
         shares = {i: slope_of(derived[i].result(), name) for i in standing.chosen}
         slopes = standing.changes(curves, shares)
-        for slope, curve, change in zip(slopes, curves, self.along[name], strict=True):
+        for slope, curve, change in zip(slopes, curves, self._along[name], strict=True):
             slope += change.scale * curve["force_N"].to_numpy()
         return slopes
 
     def _after(self, name: str, curves: Sequence[pd.DataFrame]) -> Array:
         """Return the recorded forces after a step, given the simulated curves, shape (r, m)."""
-        there = self.model
+        there = self._model
         if name in there.effects:  # only then can its mesh correction be known
-            effect = self.suspects[name]
-            there = there.changed(effect, there.amplitude(name) + self.steps[name])
-        return self.predictor.read(self.moved[name], self.predictor.extrapolated(curves, there))
+            effect = self._suspects[name]
+            there = there.changed(effect, there.amplitude(name) + self._steps[name])
+        return self._predictor.read(self._moved[name], self._predictor.extrapolated(curves, there))
 
 
 def _moved(

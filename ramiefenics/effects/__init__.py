@@ -87,18 +87,4 @@ SUSPECTS: dict[str, Effect] = {
 }
 """Effects that `discover` tries by default."""
 
-OF_A_GROUP = tuple(
-    effect.name
-    for effect in (
-        MACHINE_COMPLIANCE,
-        NONLINEAR_COMPLIANCE,
-        SEATING_GAP,
-        LOAD_SCALE,
-        LOAD_OFFSET,
-        DISPLACEMENT_SCALE,
-        SPAN_ERROR,
-    )
-)
-"""Effects that `discover` also tries in each group of tests alone (`BendingTest.group`)."""
-
-__all__ = ["EFFECTS", "OF_A_GROUP", "SUSPECTS", "Companion", "Effect", "load_effects"]
+__all__ = ["EFFECTS", "SUSPECTS", "Companion", "Effect", "load_effects"]

@@ -83,6 +83,9 @@ class Effect:
     span_mm
         Span of the tests for which bounds and typical amplitude are stated, to which they are
         proportional; 0, the default, if they are the same for all spans. See `sized`.
+    by_group
+        Whether the effect may also be present in one group of tests only (`BendingTest.group`), as
+        an error of one of two machines is.
     group
         Group of tests in which alone the effect is present, see `within`; empty for all.
     file
@@ -101,6 +104,7 @@ class Effect:
     companions: tuple[Companion, ...] = ()
     per_specimen: bool = False
     span_mm: float = 0.0
+    by_group: bool = False
     group: str = ""
     file: Path | None = None
 
@@ -154,7 +158,7 @@ class Effect:
             return everywhere(test, amplitude, **given) if test.group == group else test
 
         name, physics = f"{self.name}_of_{group}", f"{self.physics} Only in the group {group}."
-        return replace(self, name=name, physics=physics, apply=apply, group=group)
+        return replace(self, name=name, physics=physics, apply=apply, by_group=False, group=group)
 
     @property
     def base_name(self) -> str:

@@ -21,4 +21,5 @@ DISPLACEMENT_SCALE = Effect(
     typical=0.05,
     apply=_apply,
     enters="the machine's displacement: machine.displacement_scale",
+    by_group=True,
 )

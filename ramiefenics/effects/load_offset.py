@@ -22,4 +22,5 @@ LOAD_OFFSET = Effect(
     apply=_apply,
     enters="the machine's force: machine.load_offset_N",
     per_specimen=True,
+    by_group=True,
 )

@@ -21,4 +21,5 @@ LOAD_SCALE = Effect(
     typical=0.1,
     apply=_apply,
     enters="the machine's force: machine.load_scale",
+    by_group=True,
 )

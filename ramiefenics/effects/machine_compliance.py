@@ -21,4 +21,5 @@ MACHINE_COMPLIANCE = Effect(
     typical=0.01,
     apply=_apply,
     enters="the machine's displacement: machine.compliance_mm_per_N",
+    by_group=True,
 )

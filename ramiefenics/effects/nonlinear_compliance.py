@@ -22,4 +22,5 @@ NONLINEAR_COMPLIANCE = Effect(
     typical=0.02,
     apply=_apply,
     enters="the machine's displacement: machine.bedding_compliance_mm_per_N",
+    by_group=True,
 )

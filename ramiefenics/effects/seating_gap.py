@@ -23,4 +23,5 @@ SEATING_GAP = Effect(
     apply=_apply,
     enters="the machine's displacement: machine.seating_gap_mm",
     per_specimen=True,
+    by_group=True,
 )

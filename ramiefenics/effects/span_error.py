@@ -34,4 +34,5 @@ SPAN_ERROR = Effect(
     span_mm=100.0,
     apply=_apply,
     enters="the place of the supports: fixture.span_mm",
+    by_group=True,
 )

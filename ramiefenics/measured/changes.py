@@ -13,7 +13,7 @@ import pandas as pd
 
 from ramiefenics.measured.layout import listed
 from ramiefenics.measured.tables import need_columns, numbers
-from ramiefenics.specification import BendingTest, override
+from ramiefenics.specification import BendingTest, SpecificationError, override
 from ramiefenics.specification.numerics import DOMAINS
 
 PATH, TEXT = "protocol.then", "group"
@@ -38,12 +38,16 @@ def changes_by_row(
     Raises
     ------
     SpecificationError
-        If there is no such column, or a cell is not a number.
+        If there is no such column, a cell is not a number, or there are several columns for a key
+        without numbers.
     """
     columns = {key: listed(value) for key, value in keys.items()}
     need_columns(path, table, [name for names in columns.values() for name in names])
     changes: list[list[str]] = [[] for _ in range(len(table))]
     for key, names in columns.items():
+        if key in (PATH, TEXT) and len(names) > 1:
+            allowed = "must be a single column, because only numbers have a mean"
+            raise SpecificationError(f"dataset.toml, {key}", names, allowed)
         if key == PATH:
             values = [cell or "[]" for cell in table[names[0]]]
         elif key == TEXT:
