@@ -105,8 +105,10 @@ class Predictor:
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
         by_amplitudes = Signatures(self, typical, suspects, smooth)
-        soon = [*by_amplitudes.tasks, *self._soon(needed)]
-        raw, typical_raw, answers = self._raw((model, typical), smooth, soon)
+        soon = [*by_amplitudes.derived, *self._soon(needed)]
+        raw, typical_raw, answers = self._raw(
+            (model, typical), smooth, soon, by_amplitudes.carrying
+        )
         self._learn_changes(needed)
         tests, curves = self.tests(model), self.extrapolated(raw, model)
         force = self.read(tests, curves)
@@ -117,13 +119,17 @@ class Predictor:
         typical_force = self.read(tests, curves)
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
         by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
-        by_effects, refused = by_amplitudes.found(typical_raw, answers[: len(by_amplitudes.tasks)])
+        by_effects, refused = by_amplitudes.found(typical_raw, answers)
         by_effects = {name: size * change for name, change in by_effects.items()}
         return Linearised(model, force, by_cells, by_own, by_common, by_mesh, by_effects, refused)
 
     def _raw(
-        self, models: tuple[Model, Model], smooth: bool, soon: Sequence[CurveTask]
-    ) -> tuple[list[pd.DataFrame], list[pd.DataFrame], list[Done[pd.DataFrame]]]:
+        self,
+        models: tuple[Model, Model],
+        smooth: bool,
+        soon: Sequence[CurveTask],
+        carrying: Sequence[CurveTask],
+    ) -> tuple[list[pd.DataFrame], list[pd.DataFrame], Mapping[CurveTask, Done[pd.DataFrame]]]:
         """Return the curves of two models as simulated, with derivatives by the log factors.
 
         The outcomes of tasks that are needed soon are returned as well, because all simulations
@@ -137,17 +143,39 @@ class Predictor:
             for model, some in zip(different, tests, strict=True)
         ]
         before, after = [t for some in without for t in some], [t for some in tests for t in some]
-        carried = Carried.of(before, after)
-        tasks = [self.task(test, models[0].factors, smooth) for test in before]
-        changed = [self.task(after[i]) for i in carried.chosen]
-        answers = self.runs.map([*tasks, *changed, *soon])
-        curves = [done.result() for done in answers[: len(tasks)]]
-        pairs = {
-            i: (curves[i], done.result())
-            for i, done in zip(carried.chosen, answers[len(tasks) :], strict=False)
+        carried, factors = Carried.of(before, after), models[0].factors
+        first = {
+            i: (
+                self.task(before[i], (*factors, *near.before.directions), smooth),
+                self.task(after[i], (*factors, *near.after.directions), smooth=True),
+            )
+            for i, near in carried.represented.items()
         }
+        tasks = [
+            first[i][0] if i in first else self.task(test, factors, smooth)
+            for i, test in enumerate(before)
+        ]
+        changed = [task for _, task in first.values()]
+        answers = self._answers([*tasks, *soon], [*changed, *carrying])
+        names = ["displacement_mm", "force_N", *(factor.name for factor in factors)]
+        curves = [answers[task].result().filter(names) for task in tasks]
+        pairs = {i: tuple(answers[task].result() for task in pair) for i, pair in first.items()}
         raw, number = carried.changed(curves, pairs), len(tests[0])
-        return raw[:number], raw[-number:], answers[len(tasks) + len(changed) :]
+        return raw[:number], raw[-number:], answers
+
+    def _answers(
+        self, tasks: Sequence[CurveTask], carrying: Sequence[CurveTask]
+    ) -> dict[CurveTask, Done[pd.DataFrame]]:
+        """Return the outcomes of tasks.
+
+        Those for curves that represent others are repeated without derivatives if they are refused,
+        because each derivative of a stalk that jumps takes two more simulations.
+        """
+        asked = dict.fromkeys([*tasks, *carrying])
+        answers = dict(zip(asked, self.runs.map([*asked]), strict=True))
+        refused = [task for task in dict.fromkeys(carrying) if task.factors and answers[task].error]
+        plain = [self.task(task.test) for task in refused]
+        return answers | dict(zip(refused, self.runs.map(plain) if plain else (), strict=True))
 
     def confirm(self, curves: Linearised, tolerance: float = 0.0) -> Linearised:
         """Return the same linearised curves with the forces of every curve simulated.

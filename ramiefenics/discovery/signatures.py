@@ -16,7 +16,7 @@ from ramiefenics.discovery.standing import Place, Standing, slope_of
 from ramiefenics.discovery.stepping import Stepping
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import normalised
+from ramiefenics.runs.curve import CurveTask, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate.coordinates import (
     Direction,
@@ -95,8 +95,8 @@ class Signatures:
 
     Attributes
     ----------
-    tasks
-        Tasks for all curves that are needed.
+    derived, carrying
+        Tasks for all curves that are needed, see `Predictor.answers`.
     """
 
     def __init__(
@@ -114,17 +114,19 @@ class Signatures:
             n: Stepping.of(without, tests, some) for n, some in moved.items() if n not in along
         }
         self._moved, self._along, self._standing = moved, along, standing
-        derived = {}
+        self._derived: dict[int, CurveTask] = {}
         for i in sorted({i for name in along for i in standing[name].chosen}):
             directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
-            derived[i] = predictor.task(tests[i], tuple(directions), smooth)
-        needed = (test for some in self._stepping.values() for test in some.simulated)
-        plain = {id(test): predictor.task(test) for test in needed}
-        self._derived, self._plain = tuple(derived), tuple(plain)
-        self.tasks = [*derived.values(), *plain.values()]
+            self._derived[i] = predictor.task(tests[i], tuple(directions), smooth)
+        self._carrying = {
+            name: [predictor.task(*one, smooth=True) for one in some.simulated]
+            for name, some in self._stepping.items()
+        }
+        self.derived = [*self._derived.values()]
+        self.carrying = [task for some in self._carrying.values() for task in some]
 
     def found(
-        self, raw: Sequence[pd.DataFrame], answers: Sequence[Done[pd.DataFrame]]
+        self, raw: Sequence[pd.DataFrame], answers: Mapping[CurveTask, Done[pd.DataFrame]]
     ) -> tuple[dict[str, Array], dict[str, str]]:
         """Return derivatives, N per unit, shape (r, m), and the reasons where there are none.
 
@@ -133,11 +135,10 @@ class Signatures:
         raw
             All curves of the model as simulated.
         answers
-            Outcomes of `tasks`.
+            Outcomes of the tasks.
         """
-        number, refused, tests = len(self._derived), dict(self._refused), self._tests
-        derived = dict(zip(self._derived, answers[:number], strict=True))
-        plain = dict(zip(self._plain, answers[number:], strict=True))
+        refused, tests = dict(self._refused), self._tests
+        derived = {i: answers[task] for i, task in self._derived.items()}
         curves = self._predictor.extrapolated(raw, self._model)
         force = self._predictor.read(tests, curves)
         found = {}
@@ -148,7 +149,8 @@ class Signatures:
                     by_typical = self._predictor.slopes_by(tests, curves, force, slopes)
                     found[name] = by_typical / self._suspects[name].typical
                 else:
-                    after = self._stepping[name].stepped(raw, lambda test: plain[id(test)].result())
+                    simulated = [answers[task].result() for task in self._carrying[name]]
+                    after = self._stepping[name].stepped(raw, simulated)
                     found[name] = (self._after(name, after) - force) / self._steps[name]
             except SpecificationError as error:
                 refused[name] = str(error)

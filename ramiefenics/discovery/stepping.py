@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.changed_curves import Carried, following
-from ramiefenics.discovery.standing import Place, change_of
+from ramiefenics.discovery.standing import change_of
 from ramiefenics.specification import BendingTest
+from ramiefenics.surrogate.coordinates import Direction
 
 
 @dataclass(frozen=True)
@@ -24,21 +25,20 @@ class Stepping:
     ----------
     without, without_after
         Specifications without effects, before and after the first part.
-    before, between, after
-        Specifications before, between and after the two parts.
+    between, after
+        Specifications before and after the second part.
+    follows
+        Whether the first part changes each specification.
     carried
         Simulations for the second part, and how they are carried over.
-    known
-        Whether the curve of each stalk before the step is one without effects, and so is learned.
     """
 
     without: Sequence[BendingTest]
     without_after: Sequence[BendingTest]
-    before: Sequence[BendingTest]
     between: Sequence[BendingTest]
     after: Sequence[BendingTest]
+    follows: Sequence[bool]
     carried: Carried
-    known: Sequence[bool]
 
     @classmethod
     def of(
@@ -56,26 +56,25 @@ class Stepping:
         """
         between = following(before, after)
         without, without_after = (following(without, some) for some in (before, between))
-        known = [
-            Place.of(one).is_at(Place.of(other)) for one, other in zip(without, before, strict=True)
-        ]
-        return cls(
-            without, without_after, before, between, after, Carried.of(between, after), known
-        )
+        follows = [one is not other for one, other in zip(between, before, strict=True)]
+        return cls(without, without_after, between, after, follows, Carried.of(between, after))
 
     @property
-    def simulated(self) -> list[BendingTest]:
-        """Specifications whose curves are needed."""
-        pairs = zip(self.without, self.without_after, strict=True)
-        chosen = self.carried.chosen
-        return [
-            *(one for i, pair in enumerate(pairs) if self._follows(i) for one in pair),
-            *(self.after[i] for i in chosen),
-            *(self.between[i] for i in chosen if not self.known[i]),
+    def simulated(self) -> list[tuple[BendingTest, tuple[Direction, ...]]]:
+        """Specifications whose curves are needed, and directions of their derivatives."""
+        pairs = zip(self.without, self.without_after, self.follows, strict=True)
+        plain = [(one, ()) for *pair, follows in pairs if follows for one in pair]
+        return plain + [
+            one
+            for i, near in self.carried.represented.items()
+            for one in (
+                (self.between[i], near.before.directions),
+                (self.after[i], near.after.directions),
+            )
         ]
 
     def stepped(
-        self, curves: Sequence[pd.DataFrame], of: Callable[[BendingTest], pd.DataFrame]
+        self, curves: Sequence[pd.DataFrame], simulated: Sequence[pd.DataFrame]
     ) -> list[pd.DataFrame]:
         """Return curves after the step.
 
@@ -83,20 +82,14 @@ class Stepping:
         ----------
         curves
             Curves before the step.
-        of
-            Returns the curve of a specification in `simulated`.
+        simulated
+            Curves of the specifications in `simulated`.
         """
-        followed = list(curves)
+        following, of = list(curves), iter(simulated)
         for i, curve in enumerate(curves):
-            if self._follows(i):
-                at, share = change_of(of(self.without[i]), of(self.without_after[i]))
+            if self.follows[i]:
+                at, share = change_of(next(of), next(of))
                 factor = 1.0 + np.interp(curve["displacement_mm"], at, share)
-                followed[i] = curve.assign(force_N=curve["force_N"] * factor)
-        pairs = {
-            i: (followed[i] if self.known[i] else of(self.between[i]), of(self.after[i]))
-            for i in self.carried.chosen
-        }
-        return self.carried.changed(followed, pairs)
-
-    def _follows(self, i: int) -> bool:
-        return self.between[i] is not self.before[i]
+                following[i] = curve.assign(force_N=curve["force_N"] * factor)
+        pairs = {i: (next(of), next(of)) for i in self.carried.represented}
+        return self.carried.changed(following, pairs)

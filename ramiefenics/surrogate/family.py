@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
+from ramiefenics.surrogate.directions import combinations
 from ramiefenics.surrogate.process import Observed, Process
 
 Array = NDArray[np.floating[Any]]
@@ -18,11 +19,11 @@ Array = NDArray[np.floating[Any]]
 DISPLACEMENTS = 56
 """Number of equally spaced displacements at which curves are learned."""
 
-EXACT = 1e-9
-"""Least expected error, relative to the peak, with which an actual error is compared."""
-
 ROUNDING = 1e-6
 """Difference of coordinates, relative to their range, below which these count as equal."""
+
+EXACT = 1e-9
+"""Least expected error, relative to the peak, with which an actual error is compared."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Run:
         """Return changes, shape (k, d), as combinations of `along`; None if that is impossible."""
         if not len(changes):
             return np.zeros((0, len(self.along)))
-        weights = np.linalg.lstsq(self.along.T, changes.T, rcond=None)[0].T
+        weights = combinations(changes, self.along)
         return weights if np.allclose(weights @ self.along, changes, atol=ROUNDING) else None
 
     def reaches(self, travel_mm: float) -> bool:

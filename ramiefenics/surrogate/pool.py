@@ -8,13 +8,12 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy.linalg import qr
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
 from ramiefenics.specification.replacing import Path
-from ramiefenics.surrogate.coordinates import Direction, is_logarithmic
+from ramiefenics.surrogate.coordinates import Direction
+from ramiefenics.surrogate.directions import components, spanning
 from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
 
@@ -26,9 +25,6 @@ CLOSE_TOLERANCE = TOLERANCE / 4.0
 
 FIRST = 4
 """Number of runs that must have reached the end before anything is learned."""
-
-NOTHING = 1e-4
-"""Size of a difference of coordinates, all taken together, below which it counts as none."""
 
 WORTHWHILE = 12
 """Number of curves without derivatives up to which they are all simulated, rather than learned from
@@ -137,35 +133,17 @@ class Pool:
         return self._family
 
     def _directions(self, questions: Sequence[Question]) -> tuple[Direction, ...]:
-        """Return directions that span all differences and changes, and nothing else.
-
-        Numbers that only change together, such as both coefficients of friction, may not be able to
-        change apart. Logarithms may be mixed at will. Other numbers may be one-sided, such as a
-        damage that is at least zero, and a mixture of two of them may be possible in neither sense.
-        Of the differences and changes that occur, those in the fewest numbers are therefore taken.
-        """
+        """Return directions that span all differences and changes, see `spanning`."""
         at = np.array([*(q.at for q in questions), *(run.at for run in self.runs)])
         changes = np.concatenate([q.changes for q in questions])
         apart = np.concatenate([at - np.median(at, axis=0), changes])
-        ranges = np.abs(apart).max(axis=0)
-        logarithmic = np.array([is_logarithmic(path) for path in self._paths])
-        others = ~logarithmic & (ranges > 1e-9 * (1.0 + np.abs(at).max(axis=0)))
-        scale = np.where(others, ranges, 1.0)
-        rows = np.concatenate([_span(apart, logarithmic), _chosen(apart / scale, others) * scale])
-        return tuple(self._direction(f"direction_{k}", row) for k, row in enumerate(rows))
-
-    def _direction(self, name: str, row: Array) -> Direction:
-        used = np.flatnonzero(np.abs(row) > 1e-12)
-        paths = tuple(self._paths[index] for index in used)
-        return Direction(name, paths, tuple(float(weight) for weight in row[used]))
+        return spanning(self._paths, apart, np.abs(at).max(axis=0))
 
     def _simulate(
         self, chosen: Sequence[Question], directions: tuple[Direction, ...], smooth: bool
     ) -> Simulating[None]:
         tasks = [CurveTask(question.test, directions, smooth) for question in chosen]
-        along = np.zeros((len(directions), len(self._paths)))
-        for row, direction in zip(along, directions, strict=True):
-            row[[self._paths.index(path) for path in direction.paths]] = direction.weights
+        along = components(directions, self._paths)
         answers = yield tasks
         for question, done in zip(chosen, answers, strict=True):
             if done.error is not None:
@@ -217,24 +195,6 @@ class Pool:
 
 def _here(run: Run, question: Question) -> bool:
     return np.allclose(run.at, question.at, rtol=0.0, atol=1e-10)
-
-
-def _span(rows: Array, columns: NDArray[np.bool_]) -> Array:
-    """Return unit vectors that span some columns of rows, zero in the other columns."""
-    _, sizes, axes = np.linalg.svd(rows[:, columns], full_matrices=False)
-    found = np.zeros((len(axes), rows.shape[1]))
-    found[:, columns] = axes
-    return found[sizes > NOTHING]
-
-
-def _chosen(rows: Array, columns: NDArray[np.bool_]) -> Array:
-    """Return rows, with few nonzeros each, that span some columns of all; zero in the others."""
-    block = np.where(columns, rows, 0.0)
-    sizes = np.linalg.norm(block, axis=1)
-    block = block[sizes > NOTHING] / sizes[sizes > NOTHING, None]
-    used = (np.abs(block) > NOTHING).sum(axis=1)
-    _, triangle, order = qr((block / used[:, None] ** 2).T, mode="economic", pivoting=True)
-    return block[order[: np.count_nonzero(np.abs(np.diag(triangle)) > NOTHING)]]
 
 
 def _spread(at: Array, errors: Array, number: int) -> list[int]:
