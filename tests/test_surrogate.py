@@ -180,7 +180,8 @@ def test_what_moves_on_takes_few_more() -> None:
     assert len(again) == 40
 
 
-def test_numbers_that_did_not_differ_yet_are_not_taken_for_linear() -> None:
+@pytest.mark.parametrize("seed", range(6))
+def test_numbers_that_did_not_differ_yet_are_not_taken_for_linear(seed: int) -> None:
     """Curves of thicker stalks are the same except for a factor, and tell nothing about moduli."""
 
     class Formulas(Formula):
@@ -188,11 +189,11 @@ def test_numbers_that_did_not_differ_yet_are_not_taken_for_linear() -> None:
             self.asked += len(tasks)
             return super().map(tasks)
 
-    tests, formulas = stalks(40), Formulas()
+    tests, formulas = stalks(40, seed), Formulas()
     used = factors(tests[0])
     learned = LearnedCurves(formulas)
     learned.map([CurveTask(test, used) for test in tests])
-    batch = (-0.27, 0.05, 0.1, -0.19)
+    batch = np.random.default_rng(seed).normal(0.0, 0.2, len(used))
     moved = of_own_moduli([apply_factors(test, used, batch) for test in tests])
     curves = [done.result() for done in learned.map([CurveTask(test, used) for test in moved])]
     assert formulas.asked < 12

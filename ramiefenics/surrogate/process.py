@@ -36,9 +36,10 @@ SCALE, SCALE_WEIGHT = 0.5, 3.0
 For logarithms of a force that is a sum of parts in proportion to some coordinates' exponentials,
 second derivatives are up to 0.25; these values give 0.2 with the median length."""
 
-NOISE = (1e-6, 0.3)
+NOISE = (1e-4, 0.3)
 """Bounds of the standard deviation of the noise of values, and of that of derivatives, relative to
-the scale of the process."""
+the scale of the process. Simulations are no more exact than the least, and with much less the
+likelihood consists of rounding errors."""
 
 
 @dataclass(frozen=True)
