@@ -207,6 +207,22 @@ def test_only_specimens_that_are_far_from_their_fit_move(
         assert moved.model.log_factors[:, 0] == pytest.approx(expected)
 
 
+def test_factors_that_turn_back_go_half_as_far(
+    screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
+) -> None:
+    """Whole steps would go to and fro between 0.1 and 0.4 for ever."""
+    at = np.tile(AT_MM, (1, 1))
+    data = Observed(at, at, at.max(axis=1), Blocks.of(["A"], len(AT_MM)))
+    fitter = Fitter(dataset, data, Predictor([screening], data, springs))
+    model, visited = Model(factors(screening, ["xylem.axial"]), np.array([[0.1]])), []
+    for _ in range(5):
+        fitted = np.array([[0.5]]) - model.log_factors  # linearised where it is, it fits there
+        fit = SimpleNamespace(log_factors=fitted, evidence=SimpleNamespace(whole=[0]))
+        model = fitter._move(model, fit, {}, {}).model
+        visited.append(float(model.log_factors[0, 0]))
+    assert visited == pytest.approx([0.4, 0.25, 0.25, 0.25, 0.25])
+
+
 def test_effects_that_have_no_meaning_are_refused_by_name(
     screening: rf.BendingTest, springs: Springs
 ) -> None:

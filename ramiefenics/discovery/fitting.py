@@ -229,6 +229,9 @@ class Fitter:
     ) -> Linearised:
         """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
+        Where the factors are to turn back, they go only half as far as before, and no farther from
+        then on, because whole steps may oscillate.
+
         Specimens and amplitudes that are near enough stay where they have been simulated, so that
         one specimen that moves does not make all others be simulated again.
         """
@@ -239,6 +242,8 @@ class Fitter:
             near[:] = True
         step[near] = 0.0
         share = 1.0
+        if model.step is not None and model.effects.keys() == added.keys():
+            share = model.share / 2.0 if (step * model.step).sum() < 0.0 else model.share
         while True:
             effects = {}
             for name, (effect, amplitude) in added.items():
@@ -247,7 +252,7 @@ class Fitter:
                 if name in model.effects and abs(change) <= STEADY_ERRORS * fit.sd(name):
                     change = 0.0
                 effects[name] = (effect, start + share * change)
-            wanted = dataclasses.replace(model, log_factors=here + share * step, effects=effects)
+            wanted = Model(model.factors, here + share * step, effects, share * step, share)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
             log.info("moving %.3g of the way, to the effects %s", share, amounts)
             try:

@@ -36,8 +36,9 @@ from ramiefenics.surrogate import CLOSE_TOLERANCE
 
 log = logging.getLogger(__name__)
 
-ROUNDS = 4
-"""Maximum number of linearisations of a set."""
+ROUNDS, LAST_ROUNDS = 4, 8
+"""Maximum number of linearisations of a set until it is compared with others, and from then on
+until its fit is final."""
 
 MOST_SETS = 12
 """Maximum number of sets that are fitted."""
@@ -316,7 +317,7 @@ class Search:
 
     def _finished(self, reached: Reached) -> Reached:
         names = reached.names
-        for _ in range(ROUNDS):
+        for _ in range(LAST_ROUNDS):
             try:
                 if not reached.fitted.steady:
                     reached = self._moved(names, reached.fitted)
