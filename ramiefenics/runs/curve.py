@@ -31,6 +31,11 @@ from ramiefenics.specification.files import to_dict
 MODULUS_MPA = 1000.0
 """Modulus of the outermost layer along the fibres in normalised simulations."""
 
+FIRST_SHARE, LONGEST_SHARE = 1.0 / 28.0, 1.0 / 14.0
+"""Largest first increment, and largest of all increments, as shares of the travel. With those of
+a specification, which are meant for long tests, the curve of a short one would have so few points
+that forces between them were wrong by more than the noise of measured ones."""
+
 REMEMBERED = 10_000
 """Number of specifications whose normalised form is cached; each is needed dozens of times."""
 
@@ -93,7 +98,7 @@ class CurveTask:
         from ramiefenics.solve.simulate import simulate
 
         with warnings.catch_warnings(action="ignore", category=SpecificationWarning):
-            test, _ = normalised(self.test)
+            test = _with_enough_points(normalised(self.test)[0])
             if self.factors:
                 parameters = {f.name: Parameter(f.apply, f.TYPICAL) for f in self.factors}
                 jumps = not self.smooth
@@ -120,6 +125,20 @@ class CurveTask:
         curve = curve[["displacement_mm", "force_N", *(factor.name for factor in self.factors)]]
         curve[curve.columns[1:]] *= normalised(self.test)[1]
         return curve
+
+
+def _with_enough_points(test: BendingTest) -> BendingTest:
+    """Return the test with increments short enough for forces between points to be read."""
+    settings, travel = test.numerics.stepping, test.protocol.travel_mm
+    first = min(settings.first_step_mm, FIRST_SHARE * travel)
+    settings = dataclasses.replace(
+        settings,
+        min_step_mm=min(settings.min_step_mm, first),
+        first_step_mm=first,
+        max_step_mm=min(settings.max_step_mm, LONGEST_SHARE * travel),
+    )
+    numerics = dataclasses.replace(test.numerics, stepping=settings)
+    return dataclasses.replace(test, numerics=numerics)
 
 
 def _first_unloading(curve: pd.DataFrame, ending: Ending) -> pd.DataFrame:
