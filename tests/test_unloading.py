@@ -48,7 +48,8 @@ def test_without_friction_a_stalk_unloads_as_it_was_loaded(coarse: rf.BendingTes
 
 
 def test_loading_less_unloading_is_what_friction_takes(coarse: rf.BendingTest) -> None:
-    coarse = rf.override(coarse, ["numerics.stepping.max_step_mm=0.05", "protocol.travel_mm=2"])
+    fine = ["numerics.stepping.max_step_mm=0.05", "numerics.mesh.angular_elements=12"]
+    coarse = rf.override(coarse, [*fine, "protocol.travel_mm=2"])
     there, back = pieces(coarse)
     done, got = (
         np.trapezoid(curve["force_N"], curve["displacement_mm"]) for curve in (there, back)
