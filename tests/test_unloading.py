@@ -47,14 +47,13 @@ def test_without_friction_a_stalk_unloads_as_it_was_loaded(coarse: rf.BendingTes
     assert again == pytest.approx(there["force_N"].to_numpy(), abs=0.01 * there["force_N"].max())
 
 
-def test_loading_less_unloading_is_what_friction_takes(coarse: rf.BendingTest) -> None:
-    fine = ["numerics.stepping.max_step_mm=0.05", "numerics.mesh.angular_elements=12"]
-    coarse = rf.override(coarse, [*fine, "protocol.travel_mm=2"])
-    there, back = pieces(coarse)
+def test_loading_less_unloading_is_what_friction_takes(screening: rf.BendingTest) -> None:
+    fine = rf.override(screening, ["numerics.stepping.max_step_mm=0.2", "protocol.travel_mm=4"])
+    there, back = pieces(fine)
     done, got = (
         np.trapezoid(curve["force_N"], curve["displacement_mm"]) for curve in (there, back)
     )
-    whole = rf.simulate(rf.override(coarse, [UNLOADED]), MPI.COMM_SELF).curve
+    whole = rf.simulate(rf.override(fine, [UNLOADED]), MPI.COMM_SELF).curve
     assert done - got == pytest.approx(whole["friction_work_Nmm"].iloc[-1], rel=0.05)
 
 

@@ -229,8 +229,8 @@ class Fitter:
     ) -> Linearised:
         """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
-        Where the factors are to turn back, they go only half as far as before, and no farther from
-        then on, because whole steps may oscillate.
+        Where the factors are to turn back, they go half as far as before, because whole steps may
+        oscillate; otherwise twice as far, up to all the way.
 
         Specimens and amplitudes that are near enough stay where they have been simulated, so that
         one specimen that moves does not make all others be simulated again.
@@ -243,7 +243,8 @@ class Fitter:
         step[near] = 0.0
         share = 1.0
         if model.step is not None and model.effects.keys() == added.keys():
-            share = model.share / 2.0 if (step * model.step).sum() < 0.0 else model.share
+            back = (step * model.step).sum() < 0.0
+            share = model.share / 2.0 if back else min(2.0 * model.share, 1.0)
         while True:
             effects = {}
             for name, (effect, amplitude) in added.items():
