@@ -29,6 +29,17 @@ LOGARITHMIC = ("_mm", "_MPa")
 SIGNED = ("void_offset_mm", "node_at_mm", "indenter_offset_mm", "z_mm")
 """Lengths that may be negative, which are coordinates themselves."""
 
+ROUND_ZERO = (
+    *SIGNED,
+    "taper",
+    "curvature_per_m",
+    "rotation_deg",
+    "radial_gradient",
+    "fibre_angle_deg",
+    "growth_strain",
+)
+"""Numbers that may be negative, so that curves change smoothly where they are zero."""
+
 SMALLEST = 1e-9
 """Number whose logarithm stands for that of zero; it is far from those of all nonzero numbers."""
 

@@ -3,15 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
+from ramiefenics.specification import BendingTest
 from ramiefenics.specification.replacing import Path
-from ramiefenics.surrogate.coordinates import numbers, rest_of
+from ramiefenics.surrogate.coordinates import ROUND_ZERO, numbers, rest_of
 from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What specifications have in common if their curves are learned together.
+
+    Attributes
+    ----------
+    rest
+        Everything but the numbers, as text.
+    paths
+        Paths of the numbers.
+    nothing
+        Those of the numbers that are zero and cannot be negative, such as a damage. Curves may
+        have a kink there, and those without damage tell little of those with it.
+    """
+
+    rest: str
+    paths: tuple[Path, ...]
+    nothing: tuple[Path, ...]
+
+    @classmethod
+    def of(cls, test: BendingTest) -> Kind:
+        """Return the kind of a specification."""
+        test, _ = normalised(test)
+        values = numbers(test)
+        nothing = (path for path in values if values[path] == 0.0 and path[-1] not in ROUND_ZERO)
+        return cls(rest_of(test), tuple(values), tuple(nothing))
 
 
 class LearnedCurves:
@@ -39,7 +69,7 @@ class LearnedCurves:
 
     def __init__(self, runs: Mapper) -> None:
         self.runs = runs
-        self._pools: dict[tuple[str, tuple[Path, ...]], Pool] = {}
+        self._pools: dict[Kind, Pool] = {}
         self.asked = 0
 
     @property
@@ -66,14 +96,13 @@ class LearnedCurves:
             simulate all.
         """
         self.asked += len(tasks)
-        members: dict[tuple[str, tuple[Path, ...]], list[int]] = {}
+        members: dict[Kind, list[int]] = {}
         for index, task in enumerate(tasks):
-            test, _ = normalised(task.test)
-            members.setdefault((rest_of(test), tuple(numbers(test))), []).append(index)
+            members.setdefault(Kind.of(task.test), []).append(index)
         found: dict[int, Done[pd.DataFrame]] = {}
         asking = []
         for key, indices in members.items():
-            pool = self._pools.setdefault(key, Pool(key[1]))
+            pool = self._pools.setdefault(key, Pool(key.paths))
             asking.append((indices, pool.answer([tasks[index] for index in indices], tolerance)))
         for indices, answers in self._together(asking):
             found |= dict(zip(indices, answers, strict=True))
