@@ -310,6 +310,16 @@ def test_a_few_rough_curves_are_simulated_plainly() -> None:
     assert beams.expensive == 1
 
 
+def test_only_rough_curves_are_refused_where_all_are_strict() -> None:
+    tests = [ramie(15.8, 7.4, 0.67), *stalks(2)]
+    used, beams = factors(tests[0]), Jumping()
+    done = LearnedCurves(beams).map([CurveTask(test, used, True, strict=True) for test in tests])
+    assert isinstance(done[0].error, RuntimeError)
+    for test, one in zip(tests[1:], done[1:], strict=True):
+        assert one.result()["force_N"].to_numpy() == pytest.approx(force_N(test))
+    assert beams.expensive == 0
+
+
 def test_numbers_of_one_sign_are_not_mixed() -> None:
     """Damages of two layers are at least zero: one cannot grow while the other falls below it."""
     layers = [("stalk", "layers", k, "material", "large_strain", "fibre_damage") for k in (0, 1)]

@@ -147,7 +147,7 @@ class Predictor:
         first = {
             i: (
                 self.task(before[i], (*factors, *near.before.directions), smooth),
-                self.task(after[i], (*factors, *near.after.directions), smooth=True),
+                self.task(after[i], (*factors, *near.after.directions), smooth=True, strict=True),
             )
             for i, near in carried.represented.items()
         }
@@ -206,7 +206,11 @@ class Predictor:
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
 
     def task(
-        self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
+        self,
+        test: BendingTest,
+        factors: tuple[Change, ...] = (),
+        smooth: bool = False,
+        strict: bool = False,
     ) -> CurveTask:
         """Return the task of a curve over the range of the data, with derivatives."""
         travel = float(self._at.max())  # the same for all, so that curves can be learned
@@ -216,7 +220,7 @@ class Predictor:
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )
-        return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth)
+        return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth, strict)
 
     def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
         """Return the tasks of all curves, with the indenter's true paths in the machine."""

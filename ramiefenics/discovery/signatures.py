@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -119,7 +120,7 @@ class Signatures:
             directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
             self._derived[i] = predictor.task(tests[i], tuple(directions), smooth)
         self._carrying = {
-            name: [predictor.task(*one, smooth=True) for one in some.simulated]
+            name: [predictor.task(*one, smooth=True, strict=True) for one in some.simulated]
             for name, some in self._stepping.items()
         }
         self.derived = [*self._derived.values()]
@@ -237,9 +238,12 @@ def _along(
 
 
 def _step(effect: Effect, model: Model) -> float:
-    """Return a step of the amplitude that stays within the bounds."""
+    """Return a step of the amplitude within the bounds, towards zero if the model has the effect.
+
+    Stalks may jump if the effect is larger.
+    """
     if effect.name not in model.effects:
         return effect.typical
-    step = DERIVATIVE_SHARE * effect.typical
-    low, high = effect.bounds
-    return step if low <= model.amplitude(effect.name) + step <= high else -step
+    amplitude, (low, high) = model.amplitude(effect.name), effect.bounds
+    step = -math.copysign(DERIVATIVE_SHARE * effect.typical, amplitude)
+    return step if low <= amplitude + step <= high else -step

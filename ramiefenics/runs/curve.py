@@ -73,11 +73,14 @@ class CurveTask:
         Changes with respect to which the curve is differentiated.
     smooth
         Whether to refuse a stalk that jumps, as its derivatives take many simulations.
+    strict
+        Whether to refuse it even among learned curves the others of which tell nothing of it.
     """
 
     test: BendingTest
     factors: tuple[Change, ...] = ()
     smooth: bool = False
+    strict: bool = False
 
     def keys(self) -> tuple[str, ...]:
         """Return the keys under which the curve is kept, with derivatives and without."""

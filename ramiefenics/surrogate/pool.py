@@ -69,7 +69,7 @@ class Pool:
         """Return the outcomes of tasks of this family.
 
         Where more than a few curves that should be smooth are not, all tasks fail, because the
-        others are of no use alone.
+        others are of no use alone. Of strict tasks, only those fail.
 
         Parameters
         ----------
@@ -83,8 +83,15 @@ class Pool:
         smooth = plain or all(task.smooth for task in tasks)  # plain ones have no derivatives
         # derivatives are known for the loading only
         one_by_one = tolerance < TOLERANCE or bool(tasks[0].test.protocol.then)
-        while unknown := self._unknown(questions, tolerance):
-            every = [index for index, one in enumerate(questions) if self._roughness(one)]
+        while True:
+            unknown = self._unknown(questions, tolerance)
+            reasons = {i: self._roughness(question) for i, question in enumerate(questions)}
+            strict = (i for i in unknown if tasks[i].strict and tasks[i].factors)
+            refused = {i: reasons[i] for i in strict if reasons[i]}
+            unknown = {i: error for i, error in unknown.items() if i not in refused}
+            if not unknown:
+                break
+            every = [i for i, why in reasons.items() if why and i not in refused]
             if not plain and smooth and len(every) > FEW * len(questions):
                 return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
             rough = {index: self._forces_known(questions[index]) for index in every}
@@ -106,7 +113,10 @@ class Pool:
             indices = list(unknown)
             next_ones = [questions[indices[place]] for place in chosen]
             yield from self._simulate(next_ones, directions, smooth)
-        return [self._answer(question) for question in questions]
+        return [
+            Done(None, refused[i]) if i in refused else self._answer(question)
+            for i, question in enumerate(questions)
+        ]
 
     def _unknown(self, questions: Sequence[Question], tolerance: float) -> dict[int, float]:
         """Return the questions that cannot be answered yet, with their expected errors."""
