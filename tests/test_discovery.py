@@ -19,6 +19,7 @@ import tomli_w
 import ramiefenics as rf
 from ramiefenics.discovery.factors import Factor, factors
 from ramiefenics.discovery.meshes import finer
+from ramiefenics.discovery.observed import recorded
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws import LAWS
 from ramiefenics.runs import Runs, workers
@@ -185,7 +186,8 @@ def test_the_gain_of_a_gradient_vanishes_when_positions_are_permuted(tmp_path: P
 
 
 def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> None:
-    coarse = rf.override(coarse, ["protocol.travel_mm=0.5"])
+    short = ["numerics.stepping.max_step_mm=0.1", "protocol.travel_mm=1.4"]
+    coarse = rf.override(coarse, [*short, "numerics.mesh.angular_elements=12"])
     other = rf.override(coarse, ["stalk.void_diameter_mm=7.0"])
     first = simulated(Runs(tmp_path), [CurveTask(coarse)])[0]
     done: list[int] = []
@@ -201,10 +203,21 @@ def test_runs_are_kept_by_content(coarse: rf.BendingTest, tmp_path: Path) -> Non
     usual, stiffer = simulated(runs, [CurveTask(coarse), CurveTask(graded)])
     assert runs.computed == 1
     assert usual.equals(first)  # also where both are asked for at once
-    direct = rf.simulate(rf.override(graded, ["numerics.acoustic_check=false"])).curve
+    steps = ["numerics.stepping.first_step_mm=0.05", "numerics.acoustic_check=false"]
+    direct = rf.simulate(rf.override(graded, steps)).curve
     assert np.allclose(stiffer["force_N"], direct["force_N"], rtol=1e-4)
     assert not new.equals(first)
     assert not list(tmp_path.glob("*.[0-9]*"))  # nothing half-written
+
+
+def test_curves_of_short_tests_have_enough_points(screening: rf.BendingTest) -> None:
+    """With the steps of long tests, forces between points were wrong by a hundredth of the peak."""
+    short = rf.override(screening, ["protocol.travel_mm=2", "numerics.acoustic_check=false"])
+    task, at = CurveTask(short), np.linspace(0.2, 2.0, 19)
+    true = rf.simulate(rf.override(short, ["numerics.stepping.max_step_mm=0.05"])).curve
+    exact = np.interp(at, true["displacement_mm"], true["force_N"])
+    found = recorded(short, task.read(task.compute()), at)
+    assert found == pytest.approx(exact, abs=0.002 * exact.max())
 
 
 def test_factors_scale_what_they_name(screening: rf.BendingTest) -> None:
