@@ -97,7 +97,8 @@ class Signatures:
     Attributes
     ----------
     derived, carrying
-        Tasks for all curves that are needed, see `Predictor.answers`.
+        Tasks for all curves that are needed. Those of the latter are of representative stalks, and
+        may be done without derivatives.
     """
 
     def __init__(

@@ -85,11 +85,11 @@ class Stepping:
         simulated
             Curves of the specifications in `simulated`.
         """
-        following, of = list(curves), iter(simulated)
+        followed, of = list(curves), iter(simulated)
         for i, curve in enumerate(curves):
             if self.follows[i]:
                 at, share = change_of(next(of), next(of))
                 factor = 1.0 + np.interp(curve["displacement_mm"], at, share)
-                following[i] = curve.assign(force_N=curve["force_N"] * factor)
+                followed[i] = curve.assign(force_N=curve["force_N"] * factor)
         pairs = {i: (next(of), next(of)) for i in self.carried.represented}
-        return self.carried.changed(following, pairs)
+        return self.carried.changed(followed, pairs)
