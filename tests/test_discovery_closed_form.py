@@ -171,7 +171,7 @@ def test_what_one_specimen_alone_speaks_for_is_no_cause(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_what_only_shows_where_it_is_fitted_is_told(tmp_path: Path) -> None:
     """Moduli imitate it at the baseline, and yet its p-value by the derivatives there is small."""
-    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7105, Formula())
+    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7108, Formula())
     others = ("nonlinear_compliance", "load_scale", "load_offset", "displacement_scale")
     suspects = [COMPLIANCE, GAP, SPAN, GRADIENT, *(rf.EFFECTS[name] for name in others)]
     found = discover_among(tmp_path, *suspects, rf.EFFECTS["fixture_radius"])

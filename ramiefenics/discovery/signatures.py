@@ -30,9 +30,10 @@ from ramiefenics.surrogate.coordinates import (
 if TYPE_CHECKING:
     from ramiefenics.discovery.prediction import Predictor
 
-DERIVATIVE_SHARE = 0.25
-"""Step, relative to the typical amplitude, for the derivative with respect to the amplitude of an
-effect that the model contains; for other effects the step is the typical amplitude."""
+DERIVATIVE_SHARE, EXACT_SHARE = 0.25, 0.01
+"""Steps, relative to the typical amplitude, for the derivative with respect to the amplitude of an
+effect that the model contains, and of such an effect that needs no simulation; for other effects
+the step is the typical amplitude."""
 
 SHARES = (1.0, 0.5, 0.25, 0.125)
 """Shares of a step that are tried until one is possible."""
@@ -189,13 +190,14 @@ def _moved(
     moved: dict[str, list[BendingTest]] = {}
     steps: dict[str, float] = {}
     refused: dict[str, str] = {}
+    unmoved = predictor.tests(model)
     for name, effect in suspects.items():
 
         def tests(step: float, effect: Effect = effect) -> list[BendingTest]:
             return predictor.tests(model.changed(effect, model.amplitude(effect.name) + step))
 
         try:
-            steps[name], moved[name] = first_possible(_step(effect, model), tests)
+            steps[name], moved[name] = first_possible(_step(effect, model, unmoved), tests)
         except SpecificationError as error:
             refused[name] = str(error)
     return moved, steps, refused
@@ -238,13 +240,18 @@ def _along(
     return found
 
 
-def _step(effect: Effect, model: Model) -> float:
+def _step(effect: Effect, model: Model, tests: Sequence[BendingTest]) -> float:
     """Return a step of the amplitude within the bounds, towards zero if the model has the effect.
 
     Stalks may jump if the effect is larger.
     """
     if effect.name not in model.effects:
         return effect.typical
+    simulated = any(
+        not Place.of(effect.apply(test, SMALL * effect.typical)).is_at(Place.of(test))
+        for test in tests
+    )
+    share = DERIVATIVE_SHARE if simulated else EXACT_SHARE
     amplitude, (low, high) = model.amplitude(effect.name), effect.bounds
-    step = -math.copysign(DERIVATIVE_SHARE * effect.typical, amplitude)
+    step = -math.copysign(share * effect.typical, amplitude)
     return step if low <= amplitude + step <= high else -step
