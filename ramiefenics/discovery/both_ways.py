@@ -30,11 +30,7 @@ class UnloadingPredictor(Predictor):
     derives: ClassVar[bool] = False
 
     def task(
-        self,
-        test: BendingTest,
-        factors: tuple[Change, ...] = (),
-        smooth: bool = False,
-        strict: bool = False,
+        self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
     ) -> CurveTask:
         """Return the task of a curve, without derivatives."""
         protocol = dataclasses.replace(test.protocol, save_every_mm=test.protocol.travel_mm)

@@ -19,9 +19,9 @@ from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.prediction import smooth
+from ramiefenics.discovery.signatures import needs_simulation
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
-from ramiefenics.runs.curve import normalised
 from ramiefenics.specification import SpecificationError
 
 log = logging.getLogger(__name__)
@@ -159,13 +159,7 @@ class Fitter:
     def without_simulations(self, effects: Mapping[str, Effect]) -> list[str]:
         """Return the effects that need no simulations, such as errors of the machine."""
         tests = [record.test for record in self._dataset.records]
-        return [
-            name
-            for name, effect in effects.items()
-            if all(
-                normalised(effect.apply(t, effect.typical))[0] == normalised(t)[0] for t in tests
-            )
-        ]
+        return [name for name, effect in effects.items() if not needs_simulation(effect, tests)]
 
     def compare(
         self,

@@ -147,7 +147,7 @@ class Predictor:
         first = {
             i: (
                 self.task(before[i], (*factors, *near.before.directions), smooth),
-                self.task(after[i], (*factors, *near.after.directions), smooth=True, strict=True),
+                self.carrying(after[i], (*factors, *near.after.directions)),
             )
             for i, near in carried.represented.items()
         }
@@ -206,11 +206,7 @@ class Predictor:
         return [model.test(test, own) for test, own in zip(self._tests, each, strict=True)]
 
     def task(
-        self,
-        test: BendingTest,
-        factors: tuple[Change, ...] = (),
-        smooth: bool = False,
-        strict: bool = False,
+        self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False
     ) -> CurveTask:
         """Return the task of a curve over the range of the data, with derivatives."""
         travel = float(self._at.max())  # the same for all, so that curves can be learned
@@ -220,7 +216,11 @@ class Predictor:
         protocol = dataclasses.replace(
             test.protocol, travel_mm=travel, save_every_mm=travel, then=()
         )
-        return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth, strict)
+        return CurveTask(dataclasses.replace(test, protocol=protocol), factors, smooth)
+
+    def carrying(self, test: BendingTest, factors: tuple[Change, ...]) -> CurveTask:
+        """Return the task of a curve that represents others, see `_answers`."""
+        return dataclasses.replace(self.task(test, factors, smooth=True), strict=True)
 
     def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
         """Return the tasks of all curves, with the indenter's true paths in the machine."""

@@ -108,7 +108,7 @@ class Signatures:
         self._predictor, self._model, self._suspects = predictor, model, suspects
         self._tests = tests = predictor.tests(model)
         without = predictor.tests(dataclasses.replace(model, effects={}))
-        moved, self._steps, self._refused = _moved(predictor, model, suspects)
+        moved, self._steps, self._refused = _moved(predictor, model, tests, suspects)
         derived_by = moved if predictor.derives else ()
         along = _along(model, tests, {name: suspects[name] for name in derived_by})
         places = [Place.of(test) for test in tests]
@@ -122,7 +122,7 @@ class Signatures:
             directions = (some[i].direction for n, some in along.items() if i in standing[n].chosen)
             self._derived[i] = predictor.task(tests[i], tuple(directions), smooth)
         self._carrying = {
-            name: [predictor.task(*one, smooth=True, strict=True) for one in some.simulated]
+            name: [predictor.carrying(*one) for one in some.simulated]
             for name, some in self._stepping.items()
         }
         self.derived = [*self._derived.values()]
@@ -180,7 +180,10 @@ class Signatures:
 
 
 def _moved(
-    predictor: Predictor, model: Model, suspects: Mapping[str, Effect]
+    predictor: Predictor,
+    model: Model,
+    tests: Sequence[BendingTest],
+    suspects: Mapping[str, Effect],
 ) -> tuple[dict[str, list[BendingTest]], dict[str, float], dict[str, str]]:
     """Return specifications with each amplitude changed, the steps, and the reasons for refusals.
 
@@ -190,14 +193,13 @@ def _moved(
     moved: dict[str, list[BendingTest]] = {}
     steps: dict[str, float] = {}
     refused: dict[str, str] = {}
-    unmoved = predictor.tests(model)
     for name, effect in suspects.items():
 
-        def tests(step: float, effect: Effect = effect) -> list[BendingTest]:
+        def stepped(step: float, effect: Effect = effect) -> list[BendingTest]:
             return predictor.tests(model.changed(effect, model.amplitude(effect.name) + step))
 
         try:
-            steps[name], moved[name] = first_possible(_step(effect, model, unmoved), tests)
+            steps[name], moved[name] = first_possible(_step(effect, model, tests), stepped)
         except SpecificationError as error:
             refused[name] = str(error)
     return moved, steps, refused
@@ -221,6 +223,12 @@ def first_possible(
             refused = refused or error
     assert refused is not None  # there are shares
     raise refused
+
+
+def needs_simulation(effect: Effect, tests: Sequence[BendingTest]) -> bool:
+    """Return whether an effect changes more than the machine and a factor on all moduli."""
+    small = SMALL * effect.typical
+    return any(normalised(effect.apply(test, small))[0] != normalised(test)[0] for test in tests)
 
 
 def _along(
@@ -247,11 +255,7 @@ def _step(effect: Effect, model: Model, tests: Sequence[BendingTest]) -> float:
     """
     if effect.name not in model.effects:
         return effect.typical
-    simulated = any(
-        not Place.of(effect.apply(test, SMALL * effect.typical)).is_at(Place.of(test))
-        for test in tests
-    )
-    share = DERIVATIVE_SHARE if simulated else EXACT_SHARE
+    share = DERIVATIVE_SHARE if needs_simulation(effect, tests) else EXACT_SHARE
     amplitude, (low, high) = model.amplitude(effect.name), effect.bounds
     step = -math.copysign(share * effect.typical, amplitude)
     return step if low <= amplitude + step <= high else -step

@@ -29,7 +29,7 @@ LOGARITHMIC = ("_mm", "_MPa")
 SIGNED = ("void_offset_mm", "node_at_mm", "indenter_offset_mm", "z_mm")
 """Lengths that may be negative, which are coordinates themselves."""
 
-ROUND_ZERO = (
+MAY_BE_NEGATIVE = (
     *SIGNED,
     "taper",
     "curvature_per_m",

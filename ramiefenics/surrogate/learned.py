@@ -12,7 +12,7 @@ from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask, Mapper, normalised
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.replacing import Path
-from ramiefenics.surrogate.coordinates import ROUND_ZERO, numbers, rest_of
+from ramiefenics.surrogate.coordinates import MAY_BE_NEGATIVE, numbers, rest_of
 from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
 
 
@@ -40,7 +40,9 @@ class Kind:
         """Return the kind of a specification."""
         test, _ = normalised(test)
         values = numbers(test)
-        nothing = (path for path in values if values[path] == 0.0 and path[-1] not in ROUND_ZERO)
+        nothing = (
+            path for path in values if values[path] == 0.0 and path[-1] not in MAY_BE_NEGATIVE
+        )
         return cls(rest_of(test), tuple(values), tuple(nothing))
 
 

@@ -93,7 +93,7 @@ class Pool:
                 break
             every = [i for i, why in reasons.items() if why and i not in refused]
             if not plain and smooth and len(every) > FEW * len(questions):
-                return [Done(None, self._roughness(questions[every[0]])) for _ in questions]
+                return [Done(None, reasons[every[0]]) for _ in questions]
             rough = {index: self._forces_known(questions[index]) for index in every}
             if new := [i for i, known in rough.items() if i in unknown and not known]:
                 # a jump is simulated once, not once per derivative, which others may tell
