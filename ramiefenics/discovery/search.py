@@ -266,19 +266,16 @@ class Search:
         part = self._part(names)
         start = part.fitted
         reached = self._judged(names, start.curves)
-        for _ in range(ROUNDS):
-            simulated = set(names) == set(reached.fitted.curves.model.effects)
-            # a set that contains the best one cannot be far worse: it is not near its fit yet
-            larger = set(names) > set(self._best.names)
-            pair = len(names) == PAIR and names in self._insisted
-            behind = reached.score < self._best.score - (FREE_RIVAL if pair else CLOSE)
-            if reached.fitted.steady or (simulated and behind and not larger):
+        shrunk = 0  # linearisations in which the effects became smaller
+        for number in range(ROUNDS):
+            if reached.fitted.steady or (number and self._behind(reached, shrunk)):
                 break
             try:
                 reached = self._moved(names, reached.fitted)
             except SpecificationError as error:
                 self.refused[names] = str(error)
                 return
+            shrunk += self._shrinks(reached, part)
         self._reached[names] = reached
         if math.isfinite(promise := self._promised.get(names, math.inf)):
             for name in set(names) - set(part.names):
@@ -289,6 +286,25 @@ class Search:
             reached.fitted.fit.amplitudes,
             reached.score,
         )
+
+    def _behind(self, reached: Reached, shrunk: int) -> bool:
+        """Return whether a set that has been simulated is so far behind the best that it is given up.
+
+        A set that contains the best one cannot be far worse where it fits. It is given up only if
+        what it adds has become smaller twice, because it fits best with next to nothing of it.
+        """
+        names, best = reached.names, self._best
+        pair = len(names) == PAIR and names in self._insisted
+        allowed = FREE_RIVAL if pair else CLOSE
+        larger = set(names) > set(best.names)
+        return reached.score < best.score - allowed and (not larger or shrunk > 1)
+
+    @staticmethod
+    def _shrinks(reached: Reached, part: Reached) -> bool:
+        """Return whether all that a set adds to another is to be smaller than where simulated."""
+        fitted, model = reached.fitted.fit.amplitudes, reached.fitted.curves.model
+        added = set(reached.names) - set(part.names)
+        return all(abs(fitted[name]) < abs(model.amplitude(name)) for name in added)
 
     def _confirm_best(self) -> None:
         """Fit the best set further, with every curve simulated, as others are compared with it."""
@@ -317,7 +333,10 @@ class Search:
 
     def _finished(self, reached: Reached) -> Reached:
         names = reached.names
-        for _ in range(LAST_ROUNDS):
+        others = [one.score for other, one in self._reached.items() if other != names]
+        for number in range(LAST_ROUNDS):
+            if number > 1 and reached.score < max(others, default=-math.inf) - CLOSE:
+                break  # learned curves had made it seem better than it is
             try:
                 if not reached.fitted.steady:
                     reached = self._moved(names, reached.fitted)
