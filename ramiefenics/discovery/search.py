@@ -288,7 +288,7 @@ class Search:
         )
 
     def _behind(self, reached: Reached, shrunk: int) -> bool:
-        """Return whether a set that has been simulated is so far behind the best that it is given up.
+        """Return whether a simulated set is so far behind the best one that it is given up.
 
         A set that contains the best one cannot be far worse where it fits. It is given up only if
         what it adds has become smaller twice, because it fits best with next to nothing of it.
