@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
+from ramiefenics.runs.curve import CurveTask
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -199,6 +201,28 @@ def test_many_stalks_tell_more_than_few(tmp_path: Path, seed: int) -> None:
     assert fit.sd(COMPLIANCE.name) < 0.3 * COMPLIANCE.typical
     error = fit.amplitudes[COMPLIANCE.name] - COMPLIANCE.typical
     assert abs(error) < 2.6 * fit.sd(COMPLIANCE.name)  # 99 %
+
+
+class Rough(Formula):
+    """The formula, with a smooth error of 0.2 % that is different in every simulation."""
+
+    def _curve(self, task: CurveTask) -> pd.DataFrame:
+        curve = super()._curve(task)
+        share = curve["displacement_mm"].to_numpy() / 14.0
+        rng = np.random.default_rng(zlib.crc32(curve["force_N"].to_numpy().tobytes()))
+        waves = np.cos(np.pi * np.arange(1, 4)[:, None] * share)
+        curve["force_N"] *= 1.0 + 0.002 * (rng.normal(size=3) @ waves)
+        return curve
+
+
+@pytest.mark.slow
+def test_errors_of_many_simulations_are_no_second_cause(tmp_path: Path) -> None:
+    """Over eighty stalks they add up to more than a second effect has to gain."""
+    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7501, Formula(), specimens=80)
+    others = ("load_scale", "load_offset", "displacement_scale")
+    suspects = {COMPLIANCE.name: COMPLIANCE, **{name: rf.EFFECTS[name] for name in others}}
+    found = rf.discover(tmp_path, suspects, runs=Rough())
+    assert found.groups == ((COMPLIANCE.name,),)
 
 
 def test_two_causes_are_both_named(tmp_path: Path) -> None:

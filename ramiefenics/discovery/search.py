@@ -28,6 +28,8 @@ import numpy as np
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes, log_priors, own_score
 from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.fit import Fit
+from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.effects import Effect
@@ -156,9 +158,9 @@ class Search:
             self._finish()
         fit = self._best.fitted.fit
         self._broken = find_broken(fit.evidence, fit.chosen).broken
-        for names, one in self._reached.items():
+        for names, one in sorted(self._reached.items(), key=lambda item: len(item[0])):
             judged = self._judged(names, one.fitted.curves)
-            self._reached[names] = dataclasses.replace(judged, finished=one.finished)
+            self._reached[names] = self._bounded(dataclasses.replace(judged, finished=one.finished))
         return self._best.fitted, self._with_own(self._compared(self._best))
 
     @property
@@ -276,6 +278,7 @@ class Search:
                 self.refused[names] = str(error)
                 return
             shrunk += self._shrinks(reached, part)
+        reached = self._bounded(reached)
         self._reached[names] = reached
         if math.isfinite(promise := self._promised.get(names, math.inf)):
             for name in set(names) - set(part.names):
@@ -309,7 +312,7 @@ class Search:
     def _confirm_best(self) -> None:
         """Fit the best set further, with every curve simulated, as others are compared with it."""
         while not self._best.finished:
-            self._reached[self._best.names] = self._finished(self._best)
+            self._reached[self._best.names] = self._bounded(self._finished(self._best))
 
     def _finish(self) -> None:
         """Fit the best sets further, with every curve simulated, until they are steady.
@@ -329,7 +332,7 @@ class Search:
             if not left:
                 return
             one = max(left, key=lambda reached: reached.score)
-            self._reached[one.names] = self._finished(one)
+            self._reached[one.names] = self._bounded(self._finished(one))
 
     def _finished(self, reached: Reached) -> Reached:
         names = reached.names
@@ -366,6 +369,25 @@ class Search:
         fit = self._fitter.fit(curves, self._effects, names, self._broken)
         return Reached(Fitted(curves, fit), own_score(fit.evidence, names, fit.scatter))
 
+    def _bounded(self, reached: Reached) -> Reached:
+        """Return a set with no larger a score than its subsets and the derivatives allow.
+
+        It gains no more over a subset than the derivatives show where either of them fits. Errors
+        of linearised and of learned curves add up over specimens; with hundreds of these, scores
+        from different linearisations differ by ten and more where nothing is gained, whereas
+        at one linearisation such errors cancel.
+        """
+        score, names = reached.score, set(reached.names)
+        for part in self._reached.values():
+            if part.finished and set(part.names) < names:
+                gains = [
+                    score_there(one.fitted.fit, reached.names)
+                    - score_there(one.fitted.fit, part.names)
+                    for one in (part, reached)
+                ]
+                score = min(score, part.score + max(gains))
+        return dataclasses.replace(reached, score=score)
+
     def _compared(self, reached: Reached) -> Causes:
         """Compare all sets by the linearisation near where one of them fits."""
         return find_causes(reached.fitted.fit.evidence, self.refused)
@@ -388,3 +410,9 @@ class Search:
             row = found.row(names)
             log_evidence[row] = found.log_evidence[row] + reached.score - found.score(names)
         return dataclasses.replace(found, log_evidence=log_evidence)
+
+
+def score_there(fit: Fit, names: Names) -> float:
+    """Return the score of a set, by the derivatives where another one fits."""
+    scatter = fit_scatter(fit.evidence, names, fit.scatter)
+    return own_score(fit.evidence, names, scatter)
