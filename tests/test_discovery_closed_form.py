@@ -204,7 +204,7 @@ def test_many_stalks_tell_more_than_few(tmp_path: Path, seed: int) -> None:
 
 
 class Rough(Formula):
-    """The formula, with a smooth error of 0.2 % that is different in every simulation."""
+    """The formula, with errors that differ between simulations: three cosines of 0.2 % each."""
 
     def _curve(self, task: CurveTask) -> pd.DataFrame:
         curve = super()._curve(task)

@@ -278,8 +278,7 @@ class Search:
                 self.refused[names] = str(error)
                 return
             shrunk += self._shrinks(reached, part)
-        reached = self._bounded(reached)
-        self._reached[names] = reached
+        self._reached[names] = reached = self._bounded(reached)
         if math.isfinite(promise := self._promised.get(names, math.inf)):
             for name in set(names) - set(part.names):
                 self._overrated.setdefault(name, []).append(promise - reached.score)
@@ -312,7 +311,7 @@ class Search:
     def _confirm_best(self) -> None:
         """Fit the best set further, with every curve simulated, as others are compared with it."""
         while not self._best.finished:
-            self._reached[self._best.names] = self._bounded(self._finished(self._best))
+            self._reached[self._best.names] = self._finished(self._best)
 
     def _finish(self) -> None:
         """Fit the best sets further, with every curve simulated, until they are steady.
@@ -332,7 +331,7 @@ class Search:
             if not left:
                 return
             one = max(left, key=lambda reached: reached.score)
-            self._reached[one.names] = self._bounded(self._finished(one))
+            self._reached[one.names] = self._finished(one)
 
     def _finished(self, reached: Reached) -> Reached:
         names = reached.names
@@ -356,7 +355,7 @@ class Search:
             reached.fitted.fit.amplitudes,
             reached.score,
         )
-        return dataclasses.replace(reached, finished=True)
+        return self._bounded(dataclasses.replace(reached, finished=True))
 
     def _moved(self, names: Names, fitted: Fitted) -> Reached:
         """Simulate a set near where it fits."""
