@@ -78,7 +78,7 @@ def run(case: Case) -> dict[str, Any]:
         "amplitudes": {name: found["value"] for name, found in verdict["amplitudes"].items()},
         "intervals": {name: found["interval"] for name, found in verdict["amplitudes"].items()},
         "place": verdict["anatomy"] and verdict["anatomy"]["place"],
-        "simulated": verdict["simulated"],
+        "simulated": verdict["simulations"],
         "wall_s": wall,
     }
 
