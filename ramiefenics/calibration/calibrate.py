@@ -6,9 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from ramiefenics.calibration.campaign import run_campaign
+from ramiefenics.calibration.campaign import Campaign, learn_campaign, run_campaign
 from ramiefenics.calibration.desirability import Desired, most_desirable
 from ramiefenics.calibration.fit import fit_targets
 from ramiefenics.calibration.misfit import Misfit
@@ -17,14 +15,19 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import Study, read_study
 from ramiefenics.runs import Runs, lasting
+from ramiefenics.surrogate import simulations_to_learn
 
 
 def calibrate(
     study: Study | str | Path = "table4",
     runs: Runs | None = None,
     on_stage: Callable[[str, int], None] | None = None,
+    direct: bool = False,
 ) -> Calibration:
     """Simulate the design of a study, fit response surfaces, and calibrate the parameters.
+
+    The curves of a large design are learned from simulations of a part of it, if that takes less
+    time.
 
     Parameters
     ----------
@@ -34,6 +37,8 @@ def calibrate(
         Runs the simulations; by default on all cores, with results kept in the user's cache.
     on_stage
         Called at the beginning of each stage with its name and its number of simulations.
+    direct
+        Whether to simulate all runs of the design.
 
     Raises
     ------
@@ -46,9 +51,12 @@ def calibrate(
     on_stage = on_stage or (lambda name, expected: None)
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
-    on_stage("simulating", study.distinct)
+    tests = study.tests()
+    expected = None if direct else simulations_to_learn(tests)
+    on_stage("simulating", expected or study.distinct)
     with lasting(runs) as runs:
-        found = respond(study, runs)
+        campaign = learn_campaign(tests, runs) if expected else run_campaign(tests, runs)
+        found = respond(study, campaign)
         found = replace(found, desired=_desire(found))
         if targets is None:
             return found
@@ -59,34 +67,27 @@ def calibrate(
     return replace(found, fit=replace(fit, confirmation=outcome))
 
 
-def respond(study: Study, runs: Runs | None = None) -> Calibration:
-    """Simulate the design of a study and fit its response surfaces, without calibrating.
+def respond(study: Study, campaign: Campaign) -> Calibration:
+    """Fit the response surfaces of a study to the runs of its design, without calibrating.
 
-    Parameters and errors are those of `calibrate`.
+    Raises
+    ------
+    SpecificationError
+        If too few runs succeeded to fit the model.
     """
-    baseline = study.test()
-    for factor in study.factors:
-        factor.baseline(baseline)
-    for wanted in study.responses:
-        response(wanted.name).check_travel(baseline.protocol.travel_mm)
     design = study.plan()
     space = study.space(design)
-    tests = space.tests(baseline, design.coded)
-    campaign = run_campaign(tests, runs)
     table = design.table(space)
     for wanted in study.responses:
         found = response(wanted.name)
-        table[wanted.name] = [
-            np.nan if outcome.result is None else found.of_result(outcome.result)
-            for outcome in campaign.outcomes
-        ]
+        table[wanted.name] = [outcome.response(found) for outcome in campaign.outcomes]
     table["ending"] = [outcome.ending for outcome in campaign.outcomes]
     model, rule = study.polynomial, study.selection
     surfaces = {
         name: select_surface(name, space.names, design.coded, table[name].to_numpy(), model, rule)
         for name in (wanted.name for wanted in study.responses)
     }
-    return Calibration(study, baseline, space, design, campaign, table, surfaces)
+    return Calibration(study, study.test(), space, design, campaign, table, surfaces)
 
 
 def _desire(found: Calibration) -> Desired | None:

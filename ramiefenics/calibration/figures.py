@@ -76,17 +76,13 @@ def curves_figure(found: Calibration) -> Figure:
         axes = figure.subplots()
         label: str | None = "runs of the design"
         for outcome in found.campaign.outcomes:
-            if outcome.result is not None:
-                curve = outcome.result.curve
-                x, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
-                axes.plot(x, force, color=GREY, lw=0.7, alpha=0.8, label=label)
+            if outcome.recorded is not None:
+                axes.plot(*outcome.recorded, color=GREY, lw=0.7, alpha=0.8, label=label)
                 label = None
         fit = found.fit
         if fit is not None:
-            if fit.confirmation is not None and fit.confirmation.result is not None:
-                curve = fit.confirmation.result.curve
-                x, force = curve["recorded_displacement_mm"], curve["recorded_force_N"]
-                axes.plot(x, force, color=BLUE, lw=1.8, label="at the optimum")
+            if fit.confirmation is not None and fit.confirmation.recorded is not None:
+                axes.plot(*fit.confirmation.recorded, color=BLUE, lw=1.8, label="at the optimum")
             _mark_targets(axes, fit)
         axes.set(xlabel="Indenter displacement (mm)", ylabel="Force (N)")
         axes.set_xlim(left=0.0)

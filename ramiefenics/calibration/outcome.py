@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -89,9 +90,9 @@ class Calibration(Result):
         end, kind = self.space.coded_high, self.design.kind
         told = [
             f"{kind[0].upper()}{kind[1:]} design, {len(self.design.coded)} runs, of which "
-            f"{self.campaign.distinct} differ; {self.campaign.cpu_s:.0f} s of processor time; mesh "
-            f"recipe {self.baseline.numerics.mesh.name}. The ends of a range are coded -{end:.4g} "
-            f"and {end:.4g}.",
+            f"{self.campaign.distinct} differ; mesh recipe {self.baseline.numerics.mesh.name}. The "
+            f"ends of a range are coded -{end:.4g} and {end:.4g}.",
+            self.campaign.effort.told(),
             f"Terms of the {self.study.polynomial} model: {RULES[self.study.selection]}.",
         ]
         if self.fit is not None:
@@ -117,8 +118,8 @@ class Calibration(Result):
                 "distinct": self.campaign.distinct,
                 "alpha": self.design.alpha,
             },
+            **dataclasses.asdict(self.campaign.effort),
             "simulated_now": self.campaign.simulated,
-            "cpu_s": self.campaign.cpu_s,
             "surfaces": {
                 name: {
                     "coefficients_coded": dict(zip(s.labels, s.fit.params, strict=True)),

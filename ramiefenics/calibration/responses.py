@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.measured.work import work
-from ramiefenics.solve.peak import secant_slope
+from ramiefenics.solve.peak import Peak, secant_slope
 from ramiefenics.solve.result import BendingResult
-from ramiefenics.specification import SpecificationError
+from ramiefenics.specification import Machine, SpecificationError
 
 Curve = pd.DataFrame
 """Columns ``displacement_mm``, ascending, and ``force_N``, both as the machine records them."""
@@ -31,9 +31,10 @@ class Response:
         Title and unit for tables and figures.
     of
         Function that returns the response of a curve; NaN where the curve does not determine it.
-    simulated
-        Function that returns the response of a simulation, for responses that the few, exact points
-        of a simulation determine better than the many, noisy ones of a measured curve.
+    of_peak
+        Function that returns the response of a simulation from its maximum, for responses that the
+        few, exact points of a simulation determine better than the many, noisy ones of a measured
+        curve.
     needs_peak
         Whether the response is unknown if the curve ends early, while the force still rises.
     at_mm
@@ -46,7 +47,7 @@ class Response:
     of: Callable[[Curve], float]
     needs_peak: bool = False
     at_mm: float = 0.0
-    simulated: Callable[[BendingResult], float] | None = None
+    of_peak: Callable[[Machine, Peak], float] | None = None
 
     def check_travel(self, travel_mm: float) -> None:
         """Check that the travel reaches the displacement at which the response is read.
@@ -69,10 +70,24 @@ class Response:
         """Return the response of a simulation; NaN if the simulation ended too early."""
         if self.needs_peak and not (result.completed or result.has_force_maximum):
             return math.nan
-        if self.simulated is not None:
-            return self.simulated(result)
-        recorded = result.loading[["recorded_displacement_mm", "recorded_force_N"]]
-        return self.of(recorded.set_axis(["displacement_mm", "force_N"], axis=1))
+        return self.of_loading(result.loading, result.peak, result.test.machine)
+
+    def of_loading(self, loading: Curve, peak: Peak, machine: Machine) -> float:
+        """Return the response of a simulated loading.
+
+        Parameters
+        ----------
+        loading
+            Travel of the indenter and force on it, in columns as those of `Curve`.
+        peak
+            Its maximum.
+        machine
+            Machine that records the loading.
+        """
+        if self.of_peak is not None:
+            return self.of_peak(machine, peak)
+        x, force = machine.recorded(loading["displacement_mm"], loading["force_N"])
+        return self.of(pd.DataFrame({"displacement_mm": x, "force_N": force}))
 
 
 def response(name: str) -> Response:
@@ -119,9 +134,9 @@ def _displacement_at_max(curve: Curve) -> float:
     return float(curve["displacement_mm"].iloc[int(curve["force_N"].to_numpy().argmax())])
 
 
-def _recorded_peak(result: BendingResult) -> tuple[float, float]:
+def _recorded_peak(machine: Machine, peak: Peak) -> tuple[float, float]:
     """Return the recorded displacement and force where the force on the indenter is largest."""
-    at, force = result.test.machine.recorded(result.displacement_at_max_mm, result.max_force_N)
+    at, force = machine.recorded(peak.displacement_mm, peak.force_N)
     return float(at), float(force)
 
 
@@ -147,7 +162,7 @@ CURVE = {
             "N",
             _max_force,
             needs_peak=True,
-            simulated=lambda result: _recorded_peak(result)[1],
+            of_peak=lambda machine, peak: _recorded_peak(machine, peak)[1],
         ),
         Response(
             "displacement_at_max_mm",
@@ -155,7 +170,7 @@ CURVE = {
             "mm",
             _displacement_at_max,
             needs_peak=True,
-            simulated=lambda result: _recorded_peak(result)[0],
+            of_peak=lambda machine, peak: _recorded_peak(machine, peak)[0],
         ),
         Response("slope_N_per_mm", "slope", "N/mm", _slope, needs_peak=True),
     )

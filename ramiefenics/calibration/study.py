@@ -178,6 +178,22 @@ class Study:
         mesh = [] if self.mesh is None else [f"numerics.mesh={self.mesh}"]
         return override(test, [*mesh, *self.changes])
 
+    def tests(self) -> list[BendingTest]:
+        """Return the specifications of all runs of the design.
+
+        Raises
+        ------
+        SpecificationError
+            If they cannot be made, if a factor is not a number of the baseline, or if a response is
+            read beyond its travel.
+        """
+        baseline, design = self.test(), self.plan()
+        for factor in self.factors:
+            factor.baseline(baseline)
+        for wanted in self.responses:
+            response(wanted.name).check_travel(baseline.protocol.travel_mm)
+        return self.space(design).tests(baseline, design.coded)
+
     def targets(self) -> Targets | None:
         """Return the measured values; None if there are none.
 

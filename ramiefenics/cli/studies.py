@@ -21,6 +21,13 @@ from ramiefenics.cli.common import (
 )
 from ramiefenics.cli.effects import EffectFiles, SweptAmplitudes, swept_effects
 
+Direct = Annotated[
+    bool,
+    typer.Option(
+        help="Simulate all runs; otherwise the curves of a large design are learned from a part.",
+    ),
+]
+
 
 def calibrate_command(
     workers: Executor,
@@ -34,6 +41,7 @@ def calibrate_command(
         Path | None,
         typer.Option(help="Folder of the results; results/NAME-calibration by default."),
     ] = None,
+    direct: Direct = False,
 ) -> None:
     """Simulate a designed study, fit surfaces, calibrate, and report what the data determine."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-calibration", MPI.COMM_SELF)
@@ -44,7 +52,7 @@ def calibrate_command(
 
     asked = read_study(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
-        found = calibrate(asked, Runs(executor=workers, on_done=count), stage)
+        found = calibrate(asked, Runs(executor=workers, on_done=count), stage, direct)
     finish(found, folder)
 
 
@@ -92,6 +100,7 @@ def validate_command(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/NAME-validation by default.")
     ] = None,
+    direct: Direct = False,
 ) -> None:
     """Calibrate on some stalks, predict others, and compare with simpler predictors."""
     folder = claim(out or Path("results") / f"{Path(study).stem}-validation", MPI.COMM_SELF)
@@ -101,5 +110,5 @@ def validate_command(
 
     asked = read_validation(study)  # refuse before a progress bar appears
     with progress.counting() as (stage, count):
-        found = validate(asked, Runs(executor=workers, on_done=count), stage)
+        found = validate(asked, Runs(executor=workers, on_done=count), stage, direct)
     finish(found, folder)

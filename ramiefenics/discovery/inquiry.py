@@ -20,7 +20,7 @@ from ramiefenics.discovery.hidden import Limit, cosines, limits
 from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.observed import observe
-from ramiefenics.discovery.outcome import Discovery, Effort
+from ramiefenics.discovery.outcome import Discovery
 from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.search import Search
@@ -291,7 +291,7 @@ class _Inquiry:
             shape_gain=shape,
             condition_gain=elsewhere,
             anatomy=self._anatomy(baseline) if verdict == "unknown" else None,
-            effort=Effort(self._runs.asked, self._runs.simulated, self._runs.error),
+            effort=self._runs.effort,
         )
 
 

@@ -27,37 +27,10 @@ from ramiefenics.measured import Dataset
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict
+from ramiefenics.surrogate import Effort
 
 ALIKE = 0.9
 """Cosine between two signatures above which they are easily mistaken for one another."""
-
-
-@dataclass(frozen=True)
-class Effort:
-    """Number of force curves, and of the simulations that they took.
-
-    Attributes
-    ----------
-    curves
-        Number of curves asked for.
-    simulations
-        Number of simulations from which the others were learned, including those done before.
-    learned_error
-        Largest expected error of a learned curve, relative to its peak; 0 if all were simulated.
-    """
-
-    curves: int
-    simulations: int
-    learned_error: float
-
-    def told(self) -> str:
-        """Return the effort as a sentence."""
-        if self.learned_error == 0.0:
-            return f"All {self.curves} force curves were simulated."
-        return (
-            f"{self.curves} force curves took {self.simulations} simulations; the others were "
-            f"learned from these, to within {100 * self.learned_error:.1g} % of the peak."
-        )
 
 
 @dataclass(frozen=True, repr=False)

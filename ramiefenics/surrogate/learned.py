@@ -13,6 +13,7 @@ from ramiefenics.runs.curve import CurveTask, Mapper, normalised
 from ramiefenics.specification import BendingTest
 from ramiefenics.specification.replacing import Path
 from ramiefenics.surrogate.coordinates import MAY_BE_NEGATIVE, numbers, rest_of
+from ramiefenics.surrogate.effort import Effort
 from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
 
 
@@ -83,6 +84,16 @@ class LearnedCurves:
     def error(self) -> float:
         """Largest expected error of a learned curve, relative to its peak."""
         return max((pool.error for pool in self._pools.values()), default=0.0)
+
+    @property
+    def effort(self) -> Effort:
+        """Number of curves, and of the simulations that they took."""
+        return Effort(self.asked, self.simulated, self.error)
+
+    def has_simulated(self, task: CurveTask) -> bool:
+        """Return whether the specification of a task has been simulated itself."""
+        pool = self._pools.get(Kind.of(task.test))
+        return pool is not None and pool.has_simulated(task)
 
     def map(
         self, tasks: Sequence[CurveTask], tolerance: float = TOLERANCE

@@ -30,6 +30,9 @@ WORTHWHILE = 12
 """Number of curves without derivatives up to which they are all simulated, rather than learned from
 simulations with derivatives."""
 
+TIME = 2.5
+"""Time of a simulation with its derivatives, relative to that without."""
+
 FEW = 0.25
 """Share of curves that may be rough where smooth ones are asked for; these are allowed to jump."""
 
@@ -83,6 +86,7 @@ class Pool:
         smooth = plain or all(task.smooth for task in tasks)  # plain ones have no derivatives
         # derivatives are known for the loading only
         one_by_one = tolerance < TOLERANCE or bool(tasks[0].test.protocol.then)
+        enough = len(self.runs) + len(tasks) / TIME
         while True:
             unknown = self._unknown(questions, tolerance)
             reasons = {i: self._roughness(question) for i, question in enumerate(questions)}
@@ -105,7 +109,7 @@ class Pool:
                 yield from self._simulate(left, directions, False)
                 continue
             unknown = {i: error for i, error in unknown.items() if i not in rough}
-            if plain and (one_by_one or len(unknown) <= WORTHWHILE):
+            if plain and (one_by_one or len(unknown) <= WORTHWHILE or len(self.runs) >= enough):
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
@@ -117,6 +121,10 @@ class Pool:
             Done(None, refused[i]) if i in refused else self._answer(question)
             for i, question in enumerate(questions)
         ]
+
+    def has_simulated(self, task: CurveTask) -> bool:
+        """Return whether a task of this family has been simulated."""
+        return self._run_of(Question.of(task, self._paths)) is not None
 
     def _unknown(self, questions: Sequence[Question], tolerance: float) -> dict[int, float]:
         """Return the questions that cannot be answered yet, with their expected errors."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ramiefenics.calibration.campaign import Outcome
+from ramiefenics.calibration.campaign import Campaign, Outcome
 from ramiefenics.calibration.factors import Array
 from ramiefenics.calibration.outcome import Calibration
 from ramiefenics.calibration.responses import Response, response
@@ -98,11 +99,14 @@ class Validation(Result):
         Observations with their simulations, by name.
     assessments
         Calibrations with their predictions, one per split.
+    campaign
+        The runs of all designs.
     """
 
     study: ValidationStudy
     observed: Mapping[str, Observed]
     assessments: tuple[Assessment, ...]
+    campaign: Campaign
 
     @property
     def completed(self) -> bool:
@@ -134,11 +138,10 @@ class Validation(Result):
         after = assessment.after[name]
         low, median, high = after.interval
         prior_low, prior_median, prior_high = assessment.before[name].interval
-        result = assessment.confirmed[name].result
         said = {
             "published": np.nan if seen.published is None else seen.published,
             "calibrated": median,
-            "simulated": np.nan if result is None else self.response.of_result(result),
+            "simulated": assessment.confirmed[name].response(self.response),
             "uncalibrated": prior_median,
             "fixed": assessment.fixed[name].interval[1],
             "rule": assessment.rule[name],
@@ -216,16 +219,23 @@ class Validation(Result):
         for name, seen in self.observed.items():
             ends = zip(seen.found.runs["run"], seen.found.runs["ending"], strict=True)
             told += [f"{name}: run {n} did not complete: {e}." for n, e in ends if e != "completed"]
-        lost = [
-            run.result is not None and "ellipticity" in run.result.losses_mm
-            for seen in self.observed.values()
-            for run in seen.found.campaign.outcomes
+        confirmed = (run for part in self.assessments for run in part.confirmed.values())
+        simulated = [
+            run.result for run in (*self.campaign.outcomes, *confirmed) if run.result is not None
         ]
-        if any(lost):
+        lost = sum("ellipticity" in result.losses_mm for result in simulated)
+        if lost:
             told.append(
-                f"In {sum(lost)} of {len(lost)} runs the material loses strong ellipticity "
+                f"In {lost} of {len(simulated)} simulations the material loses strong ellipticity "
                 "somewhere: their forces depend on the mesh."
             )
+        return told
+
+    def notes(self) -> list[str]:
+        """Return how many curves were learned, and what is not known of these."""
+        told = [self.campaign.effort.told()]
+        if self.campaign.effort.learned_error:
+            told.append("Strong ellipticity is only checked in the simulations at the best points.")
         return told
 
     @property
@@ -243,14 +253,12 @@ class Validation(Result):
 
     def numbers(self) -> dict[str, Any]:
         """Return the predictions, their errors, and the study itself."""
-        campaigns = [seen.found.campaign for seen in self.observed.values()]
         return {
             "title": self.study.title,
             "predictions": self._by_split(self.table).to_dict("records"),
             "scores": self._by_split(self.scores).to_dict("records"),
-            "simulations": sum(campaign.distinct for campaign in campaigns),
-            "simulated_now": sum(campaign.simulated for campaign in campaigns),
-            "cpu_s": sum(campaign.cpu_s for campaign in campaigns),
+            **dataclasses.asdict(self.campaign.effort),
+            "simulated_now": self.campaign.simulated,
             "study": {name: part for name, part in to_dict(self.study).items() if name != "folder"},
             "specifications": {
                 n: to_dict(seen.found.baseline) for n, seen in self.observed.items()

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ramiefenics.calibration.calibrate import respond
-from ramiefenics.calibration.campaign import run_campaign
+from ramiefenics.calibration.campaign import learn_campaign, run_campaign
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.optimum import nearest
 from ramiefenics.runs import Runs, lasting
+from ramiefenics.surrogate import simulations_to_learn
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
@@ -22,8 +25,12 @@ def validate(
     study: ValidationStudy | str | Path = "published",
     runs: Runs | None = None,
     on_stage: Callable[[str, int], None] | None = None,
+    direct: bool = False,
 ) -> Validation:
     """Calibrate on some observations, predict others, and compare with the measurements.
+
+    The curves of large designs are learned from simulations of a part of them, if that takes less
+    time.
 
     Parameters
     ----------
@@ -33,6 +40,8 @@ def validate(
         Runs the simulations; by default on all cores, with results kept in the user's cache.
     on_stage
         Called at the beginning of each stage with its name and its number of simulations.
+    direct
+        Whether to simulate all runs of the designs.
 
     Raises
     ------
@@ -46,20 +55,26 @@ def validate(
     study = study if isinstance(study, ValidationStudy) else read_validation(study)
     parts = {observation.name: study.of(observation) for observation in study.observations}
     targets = {name: part.targets() for name, part in parts.items()}
-    on_stage("simulating", sum(part.distinct for part in parts.values()))
+    tests = {name: part.tests() for name, part in parts.items()}
+    every = [test for some in tests.values() for test in some]
+    expected = None if direct else simulations_to_learn(every)
+    on_stage("simulating", expected or sum(part.distinct for part in parts.values()))
     observed, assessments = {}, []
     with lasting(runs) as runs:
+        campaign = learn_campaign(every, runs) if expected else run_campaign(every, runs)
+        outcomes = iter(campaign.outcomes)
         for observation in study.observations:
             name, target = observation.name, targets[observation.name]
             assert target is not None  # every observation has a target
-            found = respond(parts[name], runs)
+            own = tuple(itertools.islice(outcomes, len(tests[name])))
+            found = respond(parts[name], replace(campaign, outcomes=own))
             value, error = float(target.values[0]), float(target.errors[0])
             observed[name] = Observed(value, error, observation.published, found)
         for split in study.splits:
             number = len(split.on) + len(study.predicted(split))
             on_stage(f"calibrating on {', '.join(split.on)}", number)
             assessments.append(_assess(study, split, observed, runs))
-    return Validation(study, observed, tuple(assessments))
+    return Validation(study, observed, tuple(assessments), campaign)
 
 
 def _assess(
