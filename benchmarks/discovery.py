@@ -77,6 +77,9 @@ def run(case: Case) -> dict[str, Any]:
         "p": verdict["p_value"],
         "amplitudes": {name: found["value"] for name, found in verdict["amplitudes"].items()},
         "intervals": {name: found["interval"] for name, found in verdict["amplitudes"].items()},
+        "limits": {
+            name: [limit["low"], limit["high"]] for name, limit in verdict["limits"].items()
+        },
         "place": verdict["anatomy"] and verdict["anatomy"]["place"],
         "simulated": verdict["simulations"],
         "wall_s": wall,
@@ -129,6 +132,13 @@ def _totals(found: list[dict[str, Any]]) -> str:
         if name in case["intervals"]
         for low, high in [case["intervals"][name]]
     ]
+    hiding = [
+        low <= size * EFFECTS[name].typical <= high
+        for case in found
+        for name, size in case["hidden"].items()
+        if name in case["limits"] and not any(name in group for group in case["groups"])
+        for low, high in [case["limits"][name]]
+    ]
     minutes = [case["wall_s"] / 60 for case in found]
     typical = [
         case
@@ -139,7 +149,8 @@ def _totals(found: list[dict[str, Any]]) -> str:
         f"At typical size and 1 % noise, {sum(map(named, typical))} of {len(typical)} single "
         f"effects are named. In {sum(map(wrong, found))} of {len(found)} cases a wrong effect is "
         f"named. Of {len(held)} intervals of those named correctly, {sum(held)} contain the "
-        "amplitude. One "
+        f"amplitude. Of {len(hiding)} listed effects that were hidden and not named, {sum(hiding)} "
+        "have an amplitude that the page states as not excluded. One "
         f"`discover` on one core took {np.median(minutes):.1f} minutes, {max(minutes):.1f} at most."
     )
 
