@@ -21,9 +21,10 @@ from ramiefenics.surrogate import TIME, Effort, LearnedCurves
 TOLERANCE = 0.005
 """Largest expected error of a learned curve, relative to its peak, at first."""
 
-STATED = 0.01
-"""Largest error of learned curves where they are checked, relative to their peaks. It is that of
-response surfaces over wide ranges."""
+STATED = 0.015
+"""Largest error of learned curves where they are checked, relative to their peaks. Simulations scatter
+by a third of it, as the number of cells changes with the specification, and response surfaces over
+wide ranges miss two thirds of it."""
 
 CHECKS = 10
 """Number of learned curves that are simulated as a check."""
