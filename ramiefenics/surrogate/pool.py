@@ -33,9 +33,6 @@ simulations with derivatives."""
 TIME = 2.5
 """Time of a simulation with its derivatives, relative to that without."""
 
-AT_ONCE = 0.25
-"""Share of the runs so far that are simulated before all are learned from again."""
-
 FEW = 0.25
 """Share of curves that may be rough where smooth ones are asked for; these are allowed to jump."""
 
@@ -116,10 +113,7 @@ class Pool:
                 yield from self._simulate([questions[index] for index in unknown], (), False)
                 continue
             at = np.array([questions[index].at for index in unknown])
-            number = len(os.sched_getaffinity(0))
-            if plain:  # many runs, of which learning takes longer than simulating two more
-                number = max(number, round(AT_ONCE * len(self.runs)))
-            chosen = _spread(at, np.array(list(unknown.values())), number)
+            chosen = _spread(at, np.array(list(unknown.values())), len(os.sched_getaffinity(0)))
             indices = list(unknown)
             next_ones = [questions[indices[place]] for place in chosen]
             yield from self._simulate(next_ones, directions, smooth)
