@@ -22,9 +22,9 @@ TOLERANCE = 0.005
 """Largest expected error of a learned curve, relative to its peak, at first."""
 
 STATED = 0.015
-"""Largest error of learned curves where they are checked, relative to their peaks. Simulations scatter
-by a third of it, as the number of cells changes with the specification, and response surfaces over
-wide ranges miss two thirds of it."""
+"""Largest error of learned curves where they are checked, two standard deviations relative to their
+peaks. Simulations scatter by a third of it, as the number of cells depends on the specification,
+and response surfaces over wide ranges miss by two thirds of it."""
 
 CHECKS = 10
 """Number of learned curves that are simulated as a check."""
