@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from folders import check_folder, check_print
 from formula import Formula
@@ -18,6 +20,8 @@ from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.power import Design, power, predicted_evidence, repeated
 from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.discovery.verdict import SIGNIFICANCE
+from ramiefenics.runs import Done
+from ramiefenics.runs.curve import CurveTask
 
 NAMES = ("seating_gap", "machine_compliance", "span_error", "fixture_radius", "load_scale")
 EFFECTS = {name: rf.EFFECTS[name] for name in NAMES}
@@ -63,6 +67,26 @@ def test_effects_without_meaning_are_left_out() -> None:
     names = ("seating_gap", "eccentric_void")
     found = rf.plan(solid, [], Design(), {n: rf.EFFECTS[n] for n in names}, Formula())
     assert list(found.alone.smallest) == ["seating_gap"]
+
+
+class Short(Formula):
+    """Stalks whose void closes at 9 mm if the span is short; counts the curves asked for."""
+
+    def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+        self.asked += len(tasks)
+        return super().map(tasks)
+
+    def _curve(self, task: CurveTask) -> pd.DataFrame:
+        curve = super()._curve(task)
+        short = task.test.fixture.span_mm < 80.0
+        return curve[curve["displacement_mm"] <= 9.0] if short else curve
+
+
+def test_a_travel_that_is_not_reached_is_refused_before_effects_are_simulated() -> None:
+    runs, told = Short(), r"protocol\.travel_mm = 14\.0 .* ends at 9\.00 mm"
+    with pytest.raises(rf.SpecificationError, match=told):
+        rf.plan(rf.published_test("table3"), [["fixture.span_mm=70"]], Design(), EFFECTS, runs)
+    assert runs.asked == 2
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured.changes import changed
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.runs import lasting
-from ramiefenics.runs.curve import Mapper
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.files import to_dict, value_at
 from ramiefenics.specification.sources import Source, as_test
@@ -204,6 +204,7 @@ def plan(
     curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
     every = [one for some in curves for one in some]
     with lasting(runs) as runs:
+        _check_ends(every, runs)
         evidence = predicted_evidence(every, effects, design.fit_sd, runs)
     ends = np.cumsum([len(some) for some in curves])
     first, *rows = (list(range(e - len(some), e)) for e, some in zip(ends, curves, strict=True))
@@ -230,6 +231,17 @@ def _curves(test: BendingTest) -> list[BendingTest]:
         allowed = "must include unloading, the only part after the loading that is compared"
         raise SpecificationError("protocol.then", f"{len(test.protocol.then)} targets", allowed)
     return [loading, test]
+
+
+def _check_ends(tests: Sequence[BendingTest], runs: Mapper) -> None:
+    """Raise an error where a loading does not reach its travel, before effects are simulated."""
+    loadings = [test for test in tests if not test.protocol.then]
+    curves = simulated(runs, [CurveTask(test) for test in loadings])
+    for test, curve in zip(loadings, curves, strict=True):
+        reached, travel = curve["displacement_mm"].iloc[-1], test.protocol.travel_mm
+        if reached < travel - 1e-9:
+            allowed = f"must be less, as the simulation of such a test ends at {reached:.2f} mm"
+            raise SpecificationError("protocol.travel_mm", travel, allowed)
 
 
 def _size(amplitude: float) -> str:
