@@ -24,6 +24,7 @@ from ramiefenics.cli.effects import EffectFiles, SweptAmplitudes, swept_effects
 Direct = Annotated[
     bool,
     typer.Option(
+        "--direct",
         help="Simulate all runs; otherwise the curves of a large design are learned from a part.",
     ),
 ]
