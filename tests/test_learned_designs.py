@@ -99,21 +99,12 @@ def test_a_large_validation_gives_the_same_answers_from_fewer_simulations(
     assert a.to_numpy() == pytest.approx(b.to_numpy(), rel=2.0 * STATED)
 
 
-CALIBRATION = """
+FACTORS = STUDY[STUDY.index("[[factors]]") : STUDY.index("[[observations]]")]
+CALIBRATION = f"""
 title = "A large design"
 baseline = "table8-1"
-design = { kind = "sobol", runs = 64 }
-[[factors]]
-name = "mu"
-keys = ["fixture.friction.dynamic"]
-low = 0.05
-high = 0.15
-[[factors]]
-name = "r"
-keys = ["fixture.indenter_radius_mm"]
-low = 2.5
-high = 10.0
-scale = "log"
+design = {{ kind = "sobol", runs = 64 }}
+{FACTORS}
 [[responses]]
 name = "max_force_N"
 target = 80.0

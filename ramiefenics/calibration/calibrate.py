@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from ramiefenics.calibration.campaign import Campaign, learn_campaign, run_campaign
+from ramiefenics.calibration.campaign import Campaign, design_campaign, run_campaign
 from ramiefenics.calibration.desirability import Desired, most_desirable
 from ramiefenics.calibration.fit import fit_targets
 from ramiefenics.calibration.misfit import Misfit
@@ -15,7 +15,6 @@ from ramiefenics.calibration.responses import response
 from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import Study, read_study
 from ramiefenics.runs import Runs, lasting
-from ramiefenics.surrogate import simulations_to_learn
 
 
 def calibrate(
@@ -52,11 +51,8 @@ def calibrate(
     study = study if isinstance(study, Study) else read_study(study)
     targets = study.targets()
     tests = study.tests()
-    expected = None if direct else simulations_to_learn(tests)
-    on_stage("simulating", expected or study.distinct)
     with lasting(runs) as runs:
-        campaign = learn_campaign(tests, runs) if expected else run_campaign(tests, runs)
-        found = respond(study, campaign)
+        found = respond(study, design_campaign(tests, runs, on_stage, direct))
         found = replace(found, desired=_desire(found))
         if targets is None:
             return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from ramiefenics.runs.curve import CurveTask
 from ramiefenics.solve.peak import find_peak
 from ramiefenics.solve.result import BendingResult
 from ramiefenics.specification import BendingTest
-from ramiefenics.surrogate import TIME, Effort, LearnedCurves
+from ramiefenics.surrogate import TIME, Effort, LearnedCurves, simulations_to_learn
 
 TOLERANCE = 0.005
 """Largest expected error of a learned curve, relative to its peak, at first."""
@@ -141,6 +141,21 @@ def run_campaign(tests: Sequence[BendingTest], runs: Runs | None = None) -> Camp
     }
     effort = Effort(len(outcomes), len(outcomes), 0.0)
     return Campaign(tuple(outcomes[id(d)] for d in done), runs.computed - before, effort)
+
+
+def design_campaign(
+    tests: Sequence[BendingTest], runs: Runs, on_stage: Callable[[str, int], None], direct: bool
+) -> Campaign:
+    """Learn the curves of a design where that takes less time and is wanted; else simulate all.
+
+    Parameters and errors are those of `calibrate`, but for
+
+    tests
+        Specifications of all runs of the design.
+    """
+    expected = None if direct else simulations_to_learn(tests)
+    on_stage("simulating", expected or len(set(tests)))
+    return learn_campaign(tests, runs) if expected else run_campaign(tests, runs)
 
 
 def learn_campaign(tests: Sequence[BendingTest], runs: Runs) -> Campaign:

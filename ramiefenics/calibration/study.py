@@ -160,11 +160,6 @@ class Study:
         return Space(self.factors, design.region.reach if inside else 1.0)
 
     @property
-    def distinct(self) -> int:
-        """Number of distinct runs of the design."""
-        return len(repeats(self.plan().coded))
-
-    @property
     def polynomial(self) -> str:
         """Name of the polynomial model of the surfaces."""
         screening = self.design.kind == "plackett_burman"

@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.calibration.calibrate import respond
-from ramiefenics.calibration.campaign import learn_campaign, run_campaign
+from ramiefenics.calibration.campaign import design_campaign, run_campaign
 from ramiefenics.calibration.misfit import Misfit, Targets
 from ramiefenics.calibration.optimum import nearest
 from ramiefenics.runs import Runs, lasting
-from ramiefenics.surrogate import simulations_to_learn
 from ramiefenics.validation.outcome import Assessment, Observed, Validation
 from ramiefenics.validation.prediction import Prediction, Weighted, condition, fix, prior
 from ramiefenics.validation.strength_rule import by_strength
@@ -57,11 +56,9 @@ def validate(
     targets = {name: part.targets() for name, part in parts.items()}
     tests = {name: part.tests() for name, part in parts.items()}
     every = [test for some in tests.values() for test in some]
-    expected = None if direct else simulations_to_learn(every)
-    on_stage("simulating", expected or sum(part.distinct for part in parts.values()))
     observed, assessments = {}, []
     with lasting(runs) as runs:
-        campaign = learn_campaign(every, runs) if expected else run_campaign(every, runs)
+        campaign = design_campaign(every, runs, on_stage, direct)
         outcomes = iter(campaign.outcomes)
         for observation in study.observations:
             name, target = observation.name, targets[observation.name]
