@@ -187,7 +187,8 @@ def _calibration(folder: Path) -> str:
     study = calibration.read_study(folder / "study.toml")
     if not all(factor.low < factor.high for factor in study.factors):
         return "a factor's range is empty"
-    return "" if study.distinct < 1e5 else f"{study.distinct} runs"
+    runs = len(study.plan().coded)
+    return "" if runs < 1e5 else f"{runs} runs"
 
 
 def _validation(folder: Path) -> str:
