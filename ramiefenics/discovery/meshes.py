@@ -11,11 +11,10 @@ from ramiefenics.specification import BendingTest, MeshRecipe
 FINER = 1.5
 """Refinement ratio that reveals the error of a mesh."""
 
-ORDERS = (1.0, 4.0)
-"""Range of the order of convergence of a force, within which all orders are taken as equally
-probable. The lowest order applies where contact and kinks dominate; the highest is that of a
-functional of second-order elements where nothing disturbs it (Oberkampf and Roy 2010, section
-8.6)."""
+SLOWEST = 1.75
+"""Least order of convergence of a force that is thought possible. Contact and kinks lower it; that
+of a functional of second-order elements is 4 where nothing disturbs it (Oberkampf and Roy 2010,
+section 8.6)."""
 
 
 def on_mesh(test: BendingTest, mesh: MeshRecipe) -> BendingTest:
@@ -42,10 +41,11 @@ def finer(recipe: MeshRecipe) -> MeshRecipe:
 def limit() -> tuple[float, float]:
     """Return by how much to extrapolate to vanishing cell size, with its uncertainty.
 
-    Richardson's extrapolation is ``F(0) = F(h) + (F(h / r) - F(h)) / (1 - r^-p)``. The values
-    returned are the mean and the standard deviation, over the orders p, of the factor
-    ``1 / (1 - r^-p)`` on the change of the force on the finer mesh.
+    Richardson's extrapolation is ``F(0) = F(h) + (F(h / r) - F(h)) / (1 - q)``, where refinement
+    leaves the share ``q = r^-p`` of the error. The values returned are the mean and the standard
+    deviation of the factor ``1 / (1 - q)`` on the change of the force on the finer mesh, with all
+    shares up to that of `SLOWEST` equally probable.
     """
-    orders = np.linspace(*ORDERS, 301)
-    multiples = 1.0 / (1.0 - FINER**-orders)
-    return float(multiples.mean()), float(multiples.std())
+    most = FINER**-SLOWEST
+    mean = -np.log(1.0 - most) / most
+    return float(mean), float(np.sqrt(1.0 / (1.0 - most) - mean**2))

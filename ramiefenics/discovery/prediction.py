@@ -36,9 +36,9 @@ class Predictor:
     """Predictor of what the machine of a data set records.
 
     Real stalks have no mesh, so all forces are extrapolated to vanishing cell size by the relative
-    change that a finer mesh makes of every curve as specified, at the same position of the
-    indenter. What an effect adds to that change is found on the first curve, and taken to be
-    proportional to the amplitude.
+    changes that two finer meshes make of every curve as specified, at the same position of the
+    indenter. What an effect adds to the change by the first of these is found on the first curve,
+    and taken to be proportional to the amplitude.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Predictor:
             Computes tasks instead of the present one; None to keep that.
         """
         other = type(self)(tests, self._observed, self.runs if runs is None else runs)
-        other._mesh_changes = self._mesh_changes
+        other._mesh_changes, other._last_changes = self._mesh_changes, self._last_changes
         return other
 
     def linearise(
@@ -279,7 +279,13 @@ class Predictor:
         They are those at displacements of the indenter; machine and seating are applied afterwards,
         to the corrected forces.
         """
-        return self._changes_of(self._tests, self._at)
+        return self._changes_of(self._tests, self._at)[0]
+
+    @cached_property
+    def _last_changes(self) -> Array:
+        """Further changes on a mesh that is finer again, relative to the same forces, (r, m)."""
+        first, second = self._changes_of(self._tests, self._at, meshes=3)
+        return second - first
 
     def _learn_changes(self, model: Model) -> None:
         """Find what effects add to the mesh changes per amplitude, shape (r, m) each."""
@@ -287,7 +293,8 @@ class Predictor:
             if name not in self._by_effect:
                 step, changed = self._first_with(effect)
                 first = self._first_of(effect)
-                more = self._changes_of(changed, self._at[[first]])[0] - self._mesh_changes[first]
+                change = self._changes_of(changed, self._at[[first]])[0][0]
+                more = change - self._mesh_changes[first]
                 self._by_effect[name] = more / step * self._acts_on(effect)[:, None]
 
     def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
@@ -302,28 +309,40 @@ class Predictor:
         """Return the index of the first curve on which an effect acts."""
         return int(self._acts_on(effect).argmax())
 
-    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array) -> Array:
-        """Return relative changes of forces on a finer mesh, at displacements of shape (n, m)."""
-        standing, tasks = self._on_both_meshes(tests)
-        curves = iter(simulated(self.runs, tasks))
-        shares = {i: change_of(next(curves), next(curves)) for i in standing.chosen}
-        each = zip(standing.by, at_mm, strict=True)
-        return np.array([np.interp(at, *shares[i]) for i, at in each])
+    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array, meshes: int = 2) -> Array:
+        """Return relative changes of forces on finer meshes, from the first on.
 
-    def _on_both_meshes(self, tests: Sequence[BendingTest]) -> tuple[Standing, list[CurveTask]]:
-        """Return which of the first curves stand for others, and pairs of tasks on both meshes."""
-        plain = [dataclasses.replace(test, machine=Machine()) for test in tests]
-        finely = [on_mesh(test, finer(test.numerics.mesh)) for test in plain]
-        standing = Standing.of(*([Place.of(test) for test in some] for some in (plain, finely)))
-        return standing, [self.task(some[i]) for i in standing.chosen for some in (plain, finely)]
+        The displacements have shape (n, m), the changes have shape (meshes - 1, n, m).
+        """
+        standing, tasks = self._on_meshes(tests, meshes)
+        curves = iter(simulated(self.runs, tasks))
+        own = {i: [next(curves) for _ in range(meshes)] for i in standing.chosen}
+        each = [(own[i], at) for i, at in zip(standing.by, at_mm, strict=True)]
+        return np.array(
+            [
+                [np.interp(at, *change_of(some[0], some[k])) for some, at in each]
+                for k in range(1, meshes)
+            ]
+        )
+
+    def _on_meshes(
+        self, tests: Sequence[BendingTest], meshes: int = 2
+    ) -> tuple[Standing, list[CurveTask]]:
+        """Return which of the first curves stand for others, and their tasks on all meshes."""
+        some = [[dataclasses.replace(test, machine=Machine()) for test in tests]]
+        while len(some) < meshes:
+            some.append([on_mesh(test, finer(test.numerics.mesh)) for test in some[-1]])
+        standing = Standing.of(*([Place.of(test) for test in these] for these in some[:2]))
+        return standing, [self.task(these[i]) for i in standing.chosen for these in some]
 
     def _soon(self, model: Model) -> list[CurveTask]:
-        """Return the tasks on both meshes that a model is about to need."""
-        wanted = [] if "_mesh_changes" in self.__dict__ else [self._tests]
+        """Return the tasks on several meshes that a model is about to need."""
+        known = "_last_changes" in self.__dict__
+        wanted = [] if known else self._on_meshes(self._tests, meshes=3)[1]
         for effect, _ in model.effects.values():
             if effect.name not in self._by_effect:
-                wanted.append(self._first_with(effect)[1])
-        return [task for tests in wanted for task in self._on_both_meshes(tests)[1]]
+                wanted += self._on_meshes(self._first_with(effect)[1])[1]
+        return wanted
 
     @property
     def _mesh_deviations(self) -> Array:
@@ -332,19 +351,20 @@ class Predictor:
         Together they have the standard deviation of the extrapolation, on average over
         displacements: the distance to the limit may vary along the curve, but smoothly.
         """
-        modes = smooth(*self._mesh_changes.shape)
+        modes = smooth(*self._last_changes.shape)
         modes /= np.sqrt((modes**2).sum(axis=1).mean())
-        return limit()[1] * modes * self._mesh_changes[:, None]
+        return limit()[1] * modes * self._last_changes[:, None]
 
     def extrapolated(self, curves: Sequence[pd.DataFrame], model: Model) -> list[pd.DataFrame]:
         """Return all curves, extrapolated to vanishing cell size."""
-        changes, found = self._mesh_changes, []
+        multiple, found = limit()[0], []
+        changes = self._mesh_changes + multiple * self._last_changes
         for name, (_, amplitude) in model.effects.items():
             if name in self._by_effect:
-                changes = changes + amplitude * self._by_effect[name]
+                changes = changes + multiple * amplitude * self._by_effect[name]
         for at, curve, change in zip(self._at, curves, changes, strict=True):
             travel = curve["displacement_mm"].to_numpy()
-            factor = 1.0 + limit()[0] * np.interp(travel, at, change)
+            factor = 1.0 + np.interp(travel, at, change)
             # this is much faster than a product of data frames
             scaled = pd.DataFrame(factor[:, None] * curve.to_numpy(), columns=curve.columns)
             found.append(scaled.assign(displacement_mm=travel))
