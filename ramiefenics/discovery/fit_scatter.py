@@ -10,10 +10,15 @@ from scipy.optimize import minimize
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.evidence import Evidence
+from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 UNKNOWN = 1.0
 """Standard deviation of a log factor about which next to nothing is known."""
+
+UNKNOWN_MISFIT = 0.1
+"""Standard deviation of each cosine of a common misfit, relative to the peak force, about which next
+to nothing is known."""
 
 WIDEST = 4.0
 """Largest difference of the logarithm of a standard deviation from its prior median."""
@@ -54,8 +59,9 @@ def fit_scatter(
 
 
 def without_knowledge(evidence: Evidence) -> Evidence:
-    """Return the evidence with next to nothing known of the common factors."""
-    return dataclasses.replace(evidence, factor_sd=max(evidence.factor_sd, UNKNOWN))
+    """Return the evidence with next to nothing known of common factors and smooth misfits."""
+    unknown = dataclasses.replace(evidence, factor_sd=max(evidence.factor_sd, UNKNOWN))
+    return unknown.with_nuisance(UNKNOWN_MISFIT * smooth(*evidence.residual.shape))
 
 
 def log_evidence(evidence: Evidence, effects: Sequence[str], scatter: Scatter) -> float:
