@@ -17,8 +17,8 @@ UNKNOWN = 1.0
 """Standard deviation of a log factor about which next to nothing is known."""
 
 UNKNOWN_MISFIT = 0.1
-"""Standard deviation of each cosine of a common misfit, relative to the peak force, about which next
-to nothing is known."""
+"""Standard deviation of each cosine of a common misfit over the peak force, about which next to
+nothing is known."""
 
 WIDEST = 4.0
 """Largest difference of the logarithm of a standard deviation from its prior median."""
