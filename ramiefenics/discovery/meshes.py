@@ -11,7 +11,7 @@ from ramiefenics.specification import BendingTest, MeshRecipe
 FINER = 1.5
 """Refinement ratio that reveals the error of a mesh."""
 
-SLOWEST = 1.75
+SLOWEST = 4.0 / 3.0
 """Least order of convergence of a force that is thought possible. Contact and kinks lower it; that
 of a functional of second-order elements is 4 where nothing disturbs it (Oberkampf and Roy 2010,
 section 8.6)."""

@@ -222,7 +222,7 @@ class Discovery(Result):
             f"{100 * scatter.noise:.2g} % of the peak force, and the smooth error of each curve "
             f"{100 * scatter.drift:.2g} %.",
             f"Forces on the mesh recipe {self.mesh} are corrected by up to "
-            f"{100 * mesh:+.1f} % of the peak, as estimated with a finer mesh; of the residual, "
+            f"{100 * mesh:+.1f} % of the peak, as estimated with finer meshes; of the residual, "
             f"up to {100 * left:+.1f} % of the peak is attributed to errors of mesh and simulator.",
             *self.dataset.notes(),
             self.effort.told(),

@@ -275,7 +275,8 @@ class Search:
             try:
                 reached = self._moved(names, reached.fitted)
             except SpecificationError as error:
-                self.refused[names] = str(error)
+                if names not in self._reached:  # the baseline is there from the screening on
+                    self.refused[names] = str(error)
                 return
             shrunk += self._shrinks(reached, part)
         self._reached[names] = reached = self._bounded(reached)
