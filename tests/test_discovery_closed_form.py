@@ -16,6 +16,7 @@ from folders import check_folder, check_print
 from formula import Formula
 
 import ramiefenics as rf
+from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
@@ -103,6 +104,27 @@ def test_a_hidden_gap_is_the_cause(tmp_path: Path) -> None:
     assert low < 0.5 < high
     assert found.shape_gain is not None
     assert found.shape_gain.shown
+
+
+def test_a_baseline_that_jumps_where_it_fits_is_kept_as_screened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    move = Fitter.move
+
+    def only_with_effects(
+        self: Fitter, fitted: Fitted, effects: dict[str, rf.Effect]
+    ) -> Linearised:
+        if not effects:
+            raise rf.SpecificationError("displacement_mm", 0.1, "must be passed without a jump")
+        return move(self, fitted, effects)
+
+    monkeypatch.setattr(Fitter, "move", only_with_effects)
+    monkeypatch.setattr("ramiefenics.discovery.fitting.ROUNDS", 1)  # the first fit is not steady
+    make_dataset(tmp_path, Secret(GAP, 1.0), 22, Formula())
+    found = discover_among(tmp_path, GAP, COMPLIANCE)
+    assert found.causes == (GAP.name,)
+    low, high = found.interval(GAP.name)
+    assert low < 1.0 < high
 
 
 def on_two_machines(folder: Path, second: Callable[[pd.DataFrame], pd.DataFrame]) -> None:

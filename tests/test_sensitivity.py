@@ -64,6 +64,26 @@ def test_other_topology_falls_back_to_differences(short: BendingTest) -> None:
     assert found.curve["finer"].iloc[-1] == pytest.approx((force[1] - force[0]) / 2.0)
 
 
+@pytest.mark.slow
+def test_a_side_that_ends_early_leaves_the_difference_on_the_other(short: BendingTest) -> None:
+    """A larger radius comes with another mesh, and a test that ends halfway."""
+
+    def ending(test: BendingTest, amount: float) -> BendingTest:
+        bent = _adding_to(RADIUS)(test, amount)
+        early = ["numerics.mesh.angular_elements=8", "protocol.travel_mm=0.25"]
+        return override(bent, early) if amount > 0.0 else bent
+
+    parameters = {
+        "ending": Parameter(ending, TYPICAL[RADIUS]),
+        "whole": Parameter(_adding_to(RADIUS), TYPICAL[RADIUS]),
+    }
+    found = sensitivities(short, parameters, MPI.COMM_SELF)
+    assert found.by_differences == ("ending",)
+    late = found.curve[found.curve["displacement_mm"] > 0.26]
+    # a difference over a twentieth of a millimetre, one-sided
+    assert late["ending"].to_numpy() == pytest.approx(late["whole"].to_numpy(), rel=0.05)
+
+
 def test_one_sided_where_negative_amounts_are_refused(short: BendingTest) -> None:
     """Friction cannot be less than zero."""
     smooth = override(short, ["fixture.friction.static=0", "fixture.friction.dynamic=0"])

@@ -93,11 +93,7 @@ class Fitter:
         """Fit the factors of every specimen."""
         used = factors(self._dataset.baseline, self._dataset.layout.fit)
         here = np.zeros((self._observed.blocks.number, len(used)))
-        try:
-            curves = self._predictor.linearise(Model(used, here), {}, smooth=True)
-        except SpecificationError:
-            self._smooth = False
-            curves = self._predictor.linearise(Model(used, here), {})
+        curves = self._linearised(Model(used, here), {})
         for number in range(ROUNDS):
             fitted = Fitted(curves, self.fit(curves, {}))
             if fitted.steady or number == ROUNDS - 1:
@@ -154,7 +150,17 @@ class Fitter:
 
     def screen(self, baseline: Fitted, effects: Mapping[str, Effect]) -> Linearised:
         """Find the signature of every effect, at its typical amplitude, at the baseline."""
-        return self._predictor.linearise(baseline.curves.model, effects, self._smooth)
+        return self._linearised(baseline.curves.model, effects)
+
+    def _linearised(self, model: Model, effects: Mapping[str, Effect]) -> Linearised:
+        """Linearise where no other model would do, by differences if some stalk jumps."""
+        if self._smooth:
+            try:
+                return self._predictor.linearise(model, effects, smooth=True)
+            except SpecificationError as error:
+                log.info("some stalk jumps: %s", error)
+                self._smooth = False
+        return self._predictor.linearise(model, effects)
 
     def without_simulations(self, effects: Mapping[str, Effect]) -> list[str]:
         """Return the effects that need no simulations, such as errors of the machine."""

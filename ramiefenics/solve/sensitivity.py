@@ -146,7 +146,7 @@ def sensitivities(
     curve = pd.DataFrame(rows)
     others = tuple(name for name in parameters if name not in smooth)
     for name in others:
-        curve[name] = _differences(test, parameters[name], curve["displacement_mm"], comm)
+        curve[name] = _differences(test, parameters[name], curve, comm)
     return Sensitivities(curve[["displacement_mm", "force_N", *parameters]], others)
 
 
@@ -300,12 +300,15 @@ def _same_topology(one: BendingProblem, other: BendingProblem) -> bool:
 
 
 def _differences(
-    test: BendingTest, parameter: Parameter, at_mm: pd.Series[float], comm: MPI.Comm
+    test: BendingTest, parameter: Parameter, base: pd.DataFrame, comm: MPI.Comm
 ) -> np.ndarray:
-    low, high = _either_side(test, parameter, DIFFERENCE_SHARE)
-    forces = []
-    for amount in (low, high):
+    """Return the differences between simulations, from the base where one of them ended before."""
+    at_mm, amounts, forces = base["displacement_mm"], [], []
+    for amount in _either_side(test, parameter, DIFFERENCE_SHARE):
         curve = simulate(parameter.change(test, amount), comm).curve
-        travel, force = curve["displacement_mm"], curve["force_N"]
-        forces.append(np.interp(at_mm, travel, force, right=np.nan))
-    return (forces[1] - forces[0]) / (high - low)
+        reached = at_mm <= curve["displacement_mm"].iloc[-1]
+        there = np.interp(at_mm, curve["displacement_mm"], curve["force_N"])
+        forces.append(np.where(reached, there, base["force_N"]))
+        amounts.append(np.where(reached, amount, 0.0))
+    with np.errstate(invalid="ignore"):  # not a number where both ended before
+        return (forces[1] - forces[0]) / (amounts[1] - amounts[0])
