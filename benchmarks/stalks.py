@@ -6,8 +6,8 @@ Takes 75 minutes on two cores. Keeps finished cases in `records/stalks.json`, wi
 every simulation by round, and writes `docs/stalks.png`; `benchmarks/performance.py` reports the
 results.
 
-The forces correspond to the fine mesh of `ramiefenics.discovery.synthetic`. A few stalks are
-simulated on it and all on the recipe `screening`, whose forces are multiplied by the mean ratio of
+The forces are those of `ramiefenics.discovery.synthetic`. A few stalks are simulated on each of its
+fine meshes and all on the recipe `screening`, whose forces are multiplied by the mean ratio of
 the two meshes.
 """
 
@@ -74,11 +74,14 @@ class OnFineMesh:
         self.asked += len(tasks)
         coarse = mesh_recipe("screening")
         curves = simulated(self._runs, [CurveTask(on_mesh(task.test, coarse)) for task in tasks])
-        fine = simulated(self._runs, tasks[:FEW])
         at = np.linspace(0.5, tasks[0].test.protocol.travel_mm, 28)
-        ratio = force(fine, at) / force(curves[:FEW], at)
-        for curve in curves:
-            curve["force_N"] *= np.interp(curve["displacement_mm"], at, ratio)
+        meshes = [task.test.numerics.mesh for task in tasks]
+        for mesh in dict.fromkeys(meshes):
+            there = [i for i, one in enumerate(meshes) if one == mesh]
+            fine = simulated(self._runs, [tasks[i] for i in there[:FEW]])
+            ratio = force(fine, at) / force([curves[i] for i in there[:FEW]], at)
+            for i in there:
+                curves[i]["force_N"] *= np.interp(curves[i]["displacement_mm"], at, ratio)
         return [Done(curve) for curve in curves]
 
 
