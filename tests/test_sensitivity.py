@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from ramiefenics import BendingTest, Parameter, override, sensitivities, simulate
+from ramiefenics import (
+    BendingTest,
+    Parameter,
+    SpecificationError,
+    override,
+    sensitivities,
+    simulate,
+)
 
 E_Z = "stalk.layers.phloem.material.elastic.E_Z_MPa"
 RADIUS, VOID = "fixture.indenter_radius_mm", "stalk.void_diameter_mm"
@@ -70,8 +77,11 @@ def test_a_side_that_ends_early_leaves_the_difference_on_the_other(short: Bendin
 
     def ending(test: BendingTest, amount: float) -> BendingTest:
         bent = _adding_to(RADIUS)(test, amount)
-        early = ["numerics.mesh.angular_elements=8", "protocol.travel_mm=0.25"]
-        return override(bent, early) if amount > 0.0 else bent
+        return early(bent, amount) if amount > 0.0 else bent
+
+    def early(test: BendingTest, amount: float) -> BendingTest:
+        mesh = "numerics.mesh.angular_elements=8"
+        return override(test, [mesh, "protocol.travel_mm=0.25"] if amount else [])
 
     parameters = {
         "ending": Parameter(ending, TYPICAL[RADIUS]),
@@ -79,6 +89,8 @@ def test_a_side_that_ends_early_leaves_the_difference_on_the_other(short: Bendin
     }
     found = sensitivities(short, parameters, MPI.COMM_SELF)
     assert found.by_differences == ("ending",)
+    with pytest.raises(SpecificationError, match="must be reached by a simulation with a changed"):
+        sensitivities(short, {"early": Parameter(early, 10.0)}, MPI.COMM_SELF)
     late = found.curve[found.curve["displacement_mm"] > 0.26]
     # a difference over a twentieth of a millimetre, one-sided
     assert late["ending"].to_numpy() == pytest.approx(late["whole"].to_numpy(), rel=0.05)

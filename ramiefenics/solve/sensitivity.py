@@ -111,7 +111,8 @@ def sensitivities(
     Raises
     ------
     SpecificationError
-        If the path is more than a single loading, or if the stalk does what `jumps` excludes.
+        If the path is more than a single loading, if the stalk does what `jumps` excludes, or if
+        neither of two simulations for a difference goes as far as that of the test.
     """
     comm = MPI.COMM_WORLD if comm is None else comm
     test = as_test(test, **changes).alone
@@ -310,5 +311,7 @@ def _differences(
         there = np.interp(at_mm, curve["displacement_mm"], curve["force_N"])
         forces.append(np.where(reached, there, base["force_N"]))
         amounts.append(np.where(reached, amount, 0.0))
-    with np.errstate(invalid="ignore"):  # not a number where both ended before
-        return (forces[1] - forces[0]) / (amounts[1] - amounts[0])
+    if not np.all(known := amounts[1] > amounts[0]):
+        allowed = "must be reached by a simulation with a changed parameter, too, for a derivative"
+        raise SpecificationError("displacement_mm", float(at_mm[~known].min()), allowed)
+    return (forces[1] - forces[0]) / (amounts[1] - amounts[0])
