@@ -12,7 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 import ramiefenics as rf
 from ramiefenics.model.laws.free_form import CRUSHED, LOSSES, PRESSED, PULLED, STRAINS
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import CurveTask
+from ramiefenics.runs.curve import CurveTask, Mapper
 
 AT_MM = np.linspace(0.0, 16.0, 161)
 PARTS_N = {
@@ -27,7 +27,7 @@ MESH_ERROR, ORDER = 0.08, 2.0
 """Relative error of the force at 14 mm on 6 mm cells, as in `screening`; order of convergence."""
 
 
-class Formula:
+class Formula(Mapper):
     """Stand-in for `Runs` that evaluates the formula."""
 
     asked = 0

@@ -16,7 +16,7 @@ from scipy.optimize import approx_fprime
 from ramiefenics import BendingTest, SpecificationError, override, ramie
 from ramiefenics.discovery.factors import Factor, apply_factors, factors
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import Change, CurveTask
+from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.surrogate import LearnedCurves
 from ramiefenics.surrogate.coordinates import Direction
 from ramiefenics.surrogate.pool import CLOSE_TOLERANCE, TOLERANCE
@@ -47,7 +47,7 @@ def slope(test: BendingTest, change: Change) -> np.ndarray:
     return (after - before) / (high - low)
 
 
-class Beams:
+class Beams(Mapper):
     """Stand-in for `Runs` that counts tasks and records the requested derivatives."""
 
     def __init__(self) -> None:

@@ -10,9 +10,9 @@ import functools
 import inspect
 import io
 import warnings
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
 
 import pandas as pd
 
@@ -161,6 +161,12 @@ def _first_unloading(curve: pd.DataFrame, ending: Ending) -> pd.DataFrame:
     return back.iloc[:end].iloc[::-1]
 
 
+T = TypeVar("T")
+
+Simulating: TypeAlias = Generator[Sequence[CurveTask], list[Done[pd.DataFrame]], T]
+"""Generator that yields tasks, is sent their outcomes, and finally returns a result."""
+
+
 class Mapper(Protocol):
     """Executes tasks, as `Runs` does.
 
@@ -174,6 +180,25 @@ class Mapper(Protocol):
 
     def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
         """Return the outcomes of tasks, in their order."""
+
+    def together(self, computations: Sequence[Simulating[T]]) -> list[T]:
+        """Carry out computations; return their results, in their order.
+
+        Unless something better is known, the tasks of all are executed before any goes on.
+        """
+        results: dict[int, T] = {}
+        outcomes: dict[int, Any] = dict.fromkeys(range(len(computations)))  # None begins them
+        while outcomes:
+            tasks = {}
+            for i, own in outcomes.items():
+                try:
+                    tasks[i] = computations[i].send(own)
+                except StopIteration as end:
+                    results[i] = end.value
+            every = [task for some in tasks.values() for task in some]
+            done = iter(self.map(every) if every else ())
+            outcomes = {i: [next(done) for _ in some] for i, some in tasks.items()}
+        return [results[i] for i in range(len(computations))]
 
 
 def simulated(runs: Mapper, tasks: Sequence[CurveTask]) -> list[pd.DataFrame]:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import logging
-import os
 import threading
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-from loky import ProcessPoolExecutor
-
-from ramiefenics.diagnostics import LOG, show_log
 from ramiefenics.notebook import NotebookProgress, in_notebook
 from ramiefenics.runs.store import Store
+from ramiefenics.runs.workers import workers
 
 log = logging.getLogger(__name__)
 
@@ -25,6 +28,7 @@ _ONE_AT_A_TIME = threading.Lock()
 """Lock for computing, as Gmsh has one state per process, however many threads a worker has."""
 
 T = TypeVar("T")
+R = TypeVar("R")
 M = TypeVar("M")
 T_co = TypeVar("T_co", covariant=True)
 
@@ -63,6 +67,16 @@ class Done(Generic[T]):
             raise self.error
         assert self.value is not None  # one of the two
         return self.value
+
+
+Computation: TypeAlias = Generator[Sequence[Task[T]], list[Done[T]], R]
+"""Generator that yields tasks, is sent their outcomes, and finally returns a result."""
+
+Futures: TypeAlias = dict[str, tuple[Task[Any], Future[str]]]
+"""Submitted tasks by name."""
+
+Found: TypeAlias = dict[str, str | Exception]
+"""Texts of finished tasks, or why they failed, by name."""
 
 
 class Runs:
@@ -109,53 +123,107 @@ class Runs:
         BrokenExecutor
             If a worker died, or has another version of this code; finished tasks are kept.
         """
+
+        def once() -> Computation[T, list[Done[T]]]:
+            return (yield tasks)
+
+        return self.together([once()])[0]
+
+    def together(self, computations: Sequence[Computation[T, R]]) -> list[R]:
+        """Carry out computations, each of which goes on as soon as its own tasks are done.
+
+        Parameters
+        ----------
+        computations
+            Generators that yield tasks, are sent their outcomes, and finally return a result.
+
+        Returns
+        -------
+        The results, in the order of the computations.
+
+        Raises
+        ------
+        KeyboardInterrupt, BrokenExecutor
+            As `map`.
+        """
+        results: dict[int, R] = {}
+        found: Found = {}
+        asked: list[Sequence[Task[T]] | None] = [None for _ in computations]
+        waiting: dict[int, list[str]] = {i: [] for i in range(len(computations))}
+        with workers(self._executor) as pool, _cancelled_if_it_fails() as futures:
+            while waiting:
+                ready = [i for i, names in waiting.items() if found.keys() >= set(names)]
+                if not ready:
+                    self._collect(futures, found)
+                for i in ready:
+                    tasks, names = asked[i], waiting.pop(i)
+                    # a generator that has not begun yet takes None
+                    outcomes: Any = None
+                    if tasks is not None:
+                        outcomes = _read(tasks, [found[name] for name in names])
+                    try:
+                        asked[i] = tasks = computations[i].send(outcomes)
+                    except StopIteration as end:
+                        results[i] = end.value
+                        continue
+                    waiting[i] = [task.keys()[0] for task in tasks]
+                    self._begin(dict(zip(waiting[i], tasks, strict=True)), pool, futures, found)
+                    self.asked += len(tasks)
+        return [results[i] for i in range(len(computations))]
+
+    def _begin(
+        self, tasks: dict[str, Task[T]], pool: Executor, futures: Futures, found: Found
+    ) -> None:
+        """Submit the tasks that have neither been done nor begun."""
         store = Store(self._folder)
-        names = [task.keys()[0] for task in tasks]
-        distinct = dict(zip(names, tasks, strict=True))
-        kept = {name: store.get(name) for name in distinct}
-        found: dict[str, str | Exception] = {
-            n: text for n, text in kept.items() if text is not None
-        }
-        left = {name: task for name, task in distinct.items() if name not in found}
-        self.asked += len(tasks)
+        new = [name for name in tasks if name not in found and name not in futures]
+        kept = {name: text for name in new if (text := store.get(name)) is not None}
+        left = [name for name in new if name not in kept]
+        found |= kept
         self.computed += len(left)
-        log.info("%d tasks: %d kept, %d to compute", len(distinct), len(found), len(left))
+        log.info("%d tasks: %d kept, %d to compute", len(tasks), len(kept), len(left))
         if self._bar is not None:
             self._bar.expect(len(left))
         if self._on_done is not None:
-            self._on_done(len(found))
-        if left:
-            found |= self._compute(left, store)
-        return _read(tasks, [found[name] for name in names])
+            self._on_done(len(kept))
+        for name in left:
+            futures[name] = tasks[name], pool.submit(compute, tasks[name], self._folder, name)
 
-    def _compute(self, tasks: dict[str, Task[T]], store: Store) -> dict[str, str | Exception]:
-        found: dict[str, str | Exception] = {}
-        with workers(self._executor) as pool:
-            futures = {pool.submit(compute, t, self._folder, n): n for n, t in tasks.items()}
-            try:
-                for future in as_completed(futures):
-                    name, error = futures[future], _error_of(future)
-                    if error is None:
-                        found[name] = text = future.result()
-                        if not store.has(name):  # done where that folder is not visible
-                            store.put(tasks[name].keys(), text)
-                    elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
-                        log.info("failed: %s", error)
-                        found[name] = error
-                    else:
-                        raise error
-                    self._tell_one()
-            except BaseException:
-                for future in futures:
-                    future.cancel()
-                raise
-        return found
+    def _collect(self, futures: Futures, found: Found) -> None:
+        """Wait for submitted tasks; take the outcomes of those that are done."""
+        store = Store(self._folder)
+        wait([future for _, future in futures.values()], return_when=FIRST_COMPLETED)
+        for name in [name for name, (_, future) in futures.items() if future.done()]:
+            task, future = futures.pop(name)
+            error = _error_of(future)
+            if error is None:
+                found[name] = text = future.result()
+                if not store.has(name):  # done where that folder is not visible
+                    store.put(task.keys(), text)
+            elif isinstance(error, Exception) and not isinstance(error, BrokenExecutor):
+                log.info("failed: %s", error)
+                found[name] = error
+            else:
+                raise error
+            self._tell_one()
 
     def _tell_one(self) -> None:
         if self._bar is not None:
             self._bar.advance(1)
         if self._on_done is not None:
             self._on_done(1)
+
+
+@contextmanager
+def _cancelled_if_it_fails() -> Iterator[Futures]:
+    """Provide room for futures, which are cancelled if the block fails."""
+    futures: Futures = {}
+    try:
+        yield futures
+    except BaseException:
+        for _, future in futures.values():
+            future.cancel()
+        raise
 
 
 def _read(tasks: Sequence[Task[T]], found: Sequence[str | Exception]) -> list[Done[T]]:
@@ -224,28 +292,3 @@ def lasting(runs: M | None) -> Iterator[M | Runs]:
         return
     with workers() as pool:
         yield Runs(executor=pool)
-
-
-@contextmanager
-def workers(executor: Executor | None = None, number: int | None = None) -> Iterator[Executor]:
-    """Provide the given executor or else local processes, by default as many as there are cores.
-
-    The local processes start when there is work, and end with the block, immediately if it fails.
-    They write log messages to standard error from the level that is set on `LOG` in this process.
-    """
-    if executor is not None:
-        yield executor
-        return
-    # a worker keeps the memory that larger meshes took, and loky restarts it: no cause to warn
-    warnings.filterwarnings("ignore", "A worker was restarted", UserWarning)
-    pool = ProcessPoolExecutor(
-        max_workers=number or len(os.sched_getaffinity(0)),
-        initializer=show_log,
-        initargs=(LOG.level,),
-    )
-    try:
-        yield pool
-    except BaseException:
-        pool.shutdown(wait=True, kill_workers=True)
-        raise
-    pool.shutdown()

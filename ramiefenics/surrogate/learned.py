@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
@@ -14,7 +13,7 @@ from ramiefenics.specification import BendingTest
 from ramiefenics.specification.replacing import Path
 from ramiefenics.surrogate.coordinates import MAY_BE_NEGATIVE, numbers, rest_of
 from ramiefenics.surrogate.effort import Effort
-from ramiefenics.surrogate.pool import TOLERANCE, Pool, Simulating
+from ramiefenics.surrogate.pool import TOLERANCE, Pool
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Kind:
         return cls(rest_of(test), tuple(values), tuple(nothing))
 
 
-class LearnedCurves:
+class LearnedCurves(Mapper):
     """Computes tasks for curves as `Runs` does, but from few simulations.
 
     The specifications asked for differ by numbers of stalk and fixture. A few of them are
@@ -112,28 +111,16 @@ class LearnedCurves:
         members: dict[Kind, list[int]] = {}
         for index, task in enumerate(tasks):
             members.setdefault(Kind.of(task.test), []).append(index)
-        found: dict[int, Done[pd.DataFrame]] = {}
-        asking = []
-        for key, indices in members.items():
-            pool = self._pools.setdefault(key, Pool(key.paths))
-            asking.append((indices, pool.answer([tasks[index] for index in indices], tolerance)))
-        for indices, answers in self._together(asking):
-            found |= dict(zip(indices, answers, strict=True))
+        pools = [self._pools.setdefault(kind, Pool(kind.paths)) for kind in members]
+        answers = self.runs.together(
+            [
+                pool.answer([tasks[index] for index in indices], tolerance)
+                for pool, indices in zip(pools, members.values(), strict=True)
+            ]
+        )
+        found = {
+            index: answer
+            for indices, own in zip(members.values(), answers, strict=True)
+            for index, answer in zip(indices, own, strict=True)
+        }
         return [found[index] for index in range(len(tasks))]
-
-    def _together(
-        self, asking: Sequence[tuple[list[int], Simulating[list[Done[pd.DataFrame]]]]]
-    ) -> Iterator[tuple[list[int], list[Done[pd.DataFrame]]]]:
-        """Yield indices of tasks with the answers of their pool; pools simulate together."""
-        left: list[tuple[Any, Any, list[Done[pd.DataFrame]] | None]]
-        left = [(indices, pool, None) for indices, pool in asking]
-        while left:
-            wanted = []
-            for indices, pool, simulated in left:
-                try:
-                    wanted.append((indices, pool, pool.send(simulated)))
-                except StopIteration as end:
-                    yield indices, end.value
-            simulating = [task for *_, tasks in wanted for task in tasks]
-            done = iter(self.runs.map(simulating) if simulating else ())
-            left = [(i, pool, [next(done) for _ in tasks]) for i, pool, tasks in wanted]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Sequence
-from typing import TypeAlias, TypeVar
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import CurveTask
+from ramiefenics.runs.curve import CurveTask, Simulating
 from ramiefenics.specification.replacing import Path
 from ramiefenics.surrogate.coordinates import Direction
 from ramiefenics.surrogate.directions import components, spanning
@@ -35,12 +34,6 @@ TIME = 2.5
 
 FEW = 0.25
 """Share of curves that may be rough where smooth ones are asked for; these are allowed to jump."""
-
-
-T = TypeVar("T")
-
-Simulating: TypeAlias = Generator[list[CurveTask], list[Done[pd.DataFrame]], T]
-"""Generator that yields tasks to simulate, is sent their outcomes, and finally returns a result."""
 
 
 class Pool:

@@ -1,15 +1,45 @@
-"""Executors other than local processes: workers of a Dask scheduler, or the ranks of `mpirun`."""
+"""Executors: local processes, workers of a Dask scheduler, or the ranks of `mpirun`."""
 
 from __future__ import annotations
 
+import os
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
+from loky import ProcessPoolExecutor
+
+from ramiefenics.diagnostics import LOG, show_log
 from ramiefenics.specification import SpecificationError
 
 PATIENCE_S = 20.0
 """Time that a scheduler has to answer."""
+
+
+@contextmanager
+def workers(executor: Executor | None = None, number: int | None = None) -> Iterator[Executor]:
+    """Provide the given executor or else local processes, by default as many as there are cores.
+
+    The local processes start when there is work, and end with the block, immediately if it fails.
+    They write log messages to standard error from the level that is set on `LOG` in this process.
+    """
+    if executor is not None:
+        yield executor
+        return
+    # a worker keeps the memory that larger meshes took, and loky restarts it: no cause to warn
+    warnings.filterwarnings("ignore", "A worker was restarted", UserWarning)
+    pool = ProcessPoolExecutor(
+        max_workers=number or len(os.sched_getaffinity(0)),
+        initializer=show_log,
+        initargs=(LOG.level,),
+    )
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=True, kill_workers=True)
+        raise
+    pool.shutdown()
 
 
 @contextmanager
