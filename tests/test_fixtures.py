@@ -164,6 +164,16 @@ def test_mesh_is_graded_for_every_cylinder() -> None:
     assert under["other_support"] == pytest.approx(0.04 * 42, rel=0.15)
 
 
+@pytest.mark.parametrize("offset_mm", [-0.02, 1e-6, 0.5])
+def test_an_indenter_off_centre_makes_no_slivers(offset_mm: float) -> None:
+    centred = np.diff(axial_positions(rod("numerics.domain=half", friction=0.1)))
+    change = f"fixture.indenter_offset_mm={offset_mm}"
+    moved = np.diff(axial_positions(rod("numerics.domain=half", change, friction=0.1)))
+    assert len(moved) == len(centred)
+    # the spaces between the cylinders become longer and shorter by up to one per cent
+    assert moved == pytest.approx(centred, rel=0.02)
+
+
 @pytest.mark.parametrize("first_step_mm", [0.05, 0.1, 0.2])
 def test_plates_crush_a_thin_ring_as_its_closed_solution_says(first_step_mm: float) -> None:
     """Diameters change by 0.1488 and 0.1366 P R^3 / (E I) (Timoshenko 1956, section 17).

@@ -24,7 +24,9 @@ def axial_positions(test: BendingTest, others: Sequence[Cylinder] = ()) -> NDArr
 
     According to the recipe, the sections are close together under the cylinders and farther apart
     in between. They range from 0 to the end of the specimen in the quarter model, and to both ends
-    in the others. There is one at every cylinder's axis, and at either face of a node.
+    in the others. There is one at every cylinder's axis, and at either face of a node; and one in
+    the middle if those are symmetric about it. Otherwise that one might be so near another that the
+    elements in between were slivers.
 
     Parameters
     ----------
@@ -34,28 +36,22 @@ def axial_positions(test: BendingTest, others: Sequence[Cylinder] = ()) -> NDArr
         Cylinders of other tests of the same stalk.
     """
     cylinders = [*test.fixture.cylinders, *others]
-    ahead = _one_side(test, cylinders, 1.0)
-    if test.numerics.domain == "quarter":
-        return ahead
-    return np.concatenate([-_one_side(test, cylinders, -1.0)[:0:-1], ahead])
-
-
-def _one_side(test: BendingTest, cylinders: Sequence[Cylinder], sign: float) -> NDArray[np.float64]:
-    """Return the distances from Z = 0 of the sections on one side of it, ascending."""
-    edges = [*(cylinder.z_mm for cylinder in cylinders), *(test.stalk.node_mm or ())]
-    ahead = [sign * at for at in edges if sign * at > 0.0]
-    cuts = sorted({0.0, *ahead, test.stalk.length_mm / 2.0})
-    ends = itertools.pairwise(cuts)
-    pieces = [_graded(start, stop, test, cylinders, sign) for start, stop in ends]
+    edges = {*(cylinder.z_mm for cylinder in cylinders), *(test.stalk.node_mm or ())}
+    if edges == {-at for at in edges}:
+        edges.add(0.0)
+    end = test.stalk.length_mm / 2.0
+    start = 0.0 if test.numerics.domain == "quarter" else -end
+    cuts = sorted({start, end, *(at for at in edges if at > start)})
+    pieces = [_graded(*ends, test, cylinders) for ends in itertools.pairwise(cuts)]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
 
 
 def _graded(
-    start: float, stop: float, test: BendingTest, cylinders: Sequence[Cylinder], sign: float
+    start: float, stop: float, test: BendingTest, cylinders: Sequence[Cylinder]
 ) -> NDArray[np.float64]:
     """Divide an interval so that element lengths follow the recipe's size function."""
     z = np.linspace(start, stop, 2001)
-    density = 1.0 / _element_length(sign * z, test, cylinders)
+    density = 1.0 / _element_length(z, test, cylinders)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(z))])
     elements = max(1, int(np.ceil(count[-1] - 1e-9)))
     return np.interp(np.linspace(0.0, count[-1], elements + 1), count, z)
