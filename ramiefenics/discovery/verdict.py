@@ -13,9 +13,10 @@ from ramiefenics.discovery.fit_scatter import log_evidence
 INDIFFERENT = "makes no difference to these curves"
 """Reason for not trying a suspect that could be tried."""
 
-SIGNIFICANCE = 0.001
-"""Probability, if no effect is present, below which a result is significant: one in a thousand data
-sets without any effect is said to have one."""
+SIGNIFICANCE = 0.005
+"""Probability, if no effect is present, below which a result is significant (Benjamin et al. 2018,
+Nature Human Behaviour 2, 6-10): one in two hundred data sets without any effect is said to have
+one."""
 
 IMPROBABLE = 0.01
 """Posterior probability of no effect, among the sets of effects that were fitted, below which
