@@ -142,16 +142,17 @@ class _Inquiry:
         self._stage("fitting the most probable sets of suspects", 3 * number)
         search = Search(self._fitter, curves, seen)
         best, causes = search.best(evidence, causes)
-        p_value = p_value_of_effect(evidence, nothing.scatter, self._rng, search.gains)
-        shown = p_value < SIGNIFICANCE or search.none < IMPROBABLE
+        alone, none = search.sets.gains(len(seen)), search.sets.none
+        p_value = p_value_of_effect(evidence, nothing.scatter, self._rng, alone)
+        shown = p_value < SIGNIFICANCE or none < IMPROBABLE
         extended = best if shown and best.fit.chosen else None
         for names, reason in search.refused.items():
             self._reasons |= dict.fromkeys(names, f"{' with '.join(names)}: {reason}")
         if extended is not None:
             extended = self._simulated(extended, seen)
-            baseline = self._simulated(search.nothing, {})
+            baseline = self._simulated(search.sets[()].fitted, {})
             baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
-        return self._discovery(baseline, nothing, extended, causes, (p_value, search.none), before)
+        return self._discovery(baseline, nothing, extended, causes, (p_value, none), before)
 
     def _simulated(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
         """Return a fit repeated with every curve simulated; as it is, if one ends too early."""
