@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 Integers = NDArray[np.integer[Any]]
 
+SMOOTH_MODES = 5
+"""Number of cosines along the displacement that make up a smooth error."""
+
 
 @dataclass(frozen=True)
 class Blocks:
@@ -78,3 +81,10 @@ class Blocks:
         """Return the blocks of the curves, shape (r, m, m), on the diagonals of (n, b, b)."""
         whole = covariance.reshape(self.number, self.most, self.points, self.most, self.points)
         return np.asarray(whole[self.specimen, self.place, :, self.place, :])
+
+
+def smooth(curves: int, points: int) -> Array:
+    """Return cosines of unit amplitude, the same for all curves, shape (r, modes, m)."""
+    x = (np.arange(points) + 0.5) / points
+    modes = np.array([np.cos(k * np.pi * x) for k in range(SMOOTH_MODES)])
+    return np.broadcast_to(modes, (curves, *modes.shape)).copy()

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.blocks import Array, smooth
 from ramiefenics.discovery.causes import log_evidence_gains
 from ramiefenics.discovery.evidence import MODEL_ERROR, Evidence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter, without_knowledge
-from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 DRAWS = 1000

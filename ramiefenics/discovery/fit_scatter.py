@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.blocks import Array, smooth
 from ramiefenics.discovery.evidence import Evidence
-from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.scatter import Scatter
 
 UNKNOWN = 1.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ramiefenics.discovery.blocks import smooth
 from ramiefenics.discovery.both_ways import Predicting
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes
@@ -18,7 +19,6 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.prediction import smooth
 from ramiefenics.discovery.signatures import needs_simulation
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset

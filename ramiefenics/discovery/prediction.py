@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.changed_curves import Carried, following
 from ramiefenics.discovery.linearised import Linearised, Model
-from ramiefenics.discovery.meshes import finer, limit, on_mesh
+from ramiefenics.discovery.mesh_changes import MeshChanges
 from ramiefenics.discovery.observed import Observed, read
-from ramiefenics.discovery.signatures import Signatures, first_possible
-from ramiefenics.discovery.standing import Place, Standing, change_of
+from ramiefenics.discovery.signatures import Signatures
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
-from ramiefenics.runs.curve import Change, CurveTask, Mapper, simulated
-from ramiefenics.specification import BendingTest, Machine
+from ramiefenics.runs.curve import Change, CurveTask, Mapper
+from ramiefenics.specification import BendingTest
 from ramiefenics.surrogate import LearnedCurves
-
-SMOOTH_MODES = 5
-"""Number of cosines along the displacement that make up a smooth error."""
 
 TOE = 0.1
 """Share of the travel that the toe of a simulated curve may take up where measured toes are cut
@@ -35,10 +29,8 @@ off."""
 class Predictor:
     """Predictor of what the machine of a data set records.
 
-    Real stalks have no mesh, so all forces are extrapolated to vanishing cell size by the relative
-    changes that two finer meshes make of every curve as specified, at the same position of the
-    indenter. What an effect adds to the change by the first of these is found on the first curve,
-    and taken to be proportional to the amplitude.
+    Real stalks have no mesh, so all forces are extrapolated to vanishing cell size, see
+    `MeshChanges`.
 
     Parameters
     ----------
@@ -46,6 +38,13 @@ class Predictor:
         Specifications of the curves, and the measured curves with which they are compared.
     runs
         Computes tasks for curves.
+
+    Attributes
+    ----------
+    runs
+        Computes tasks for curves.
+    mesh_changes
+        What finer meshes change of the forces.
     """
 
     derives: ClassVar[bool] = True
@@ -56,7 +55,7 @@ class Predictor:
         self._specimen = observed.blocks.specimen
         self._at = observed.at_mm
         self.runs = runs
-        self._by_effect: dict[str, Array] = {}
+        self.mesh_changes = MeshChanges(tests, observed.at_mm, self.task, runs)
 
     def rephrased(self, tests: Sequence[BendingTest], runs: Mapper | None = None) -> Predictor:
         """Return a predictor for other specifications that a finer mesh changes in the same way.
@@ -69,7 +68,7 @@ class Predictor:
             Computes tasks instead of the present one; None to keep that.
         """
         other = type(self)(tests, self._observed, self.runs if runs is None else runs)
-        other._mesh_changes, other._last_changes = self._mesh_changes, self._last_changes
+        other.mesh_changes = self.mesh_changes.of(tests, other.runs)
         return other
 
     def linearise(
@@ -105,17 +104,17 @@ class Predictor:
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
         by_amplitudes = Signatures(self, typical, suspects, smooth)
-        soon = [*by_amplitudes.derived, *self._soon(needed)]
+        soon = [*by_amplitudes.derived, *self.mesh_changes.tasks(needed)]
         raw, typical_raw, answers = self._raw(
             (model, typical), smooth, soon, by_amplitudes.carrying
         )
-        self._learn_changes(needed)
-        tests, curves = self.tests(model), self.extrapolated(raw, model)
+        self.mesh_changes.learn(needed)
+        tests, curves = self.tests(model), self.mesh_changes.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_own = self._by_factors(model, tests, curves, force)
         by_mesh = self._by_mesh(tests, curves, force)
         by_cells = force - self.read(tests, raw)
-        tests, curves = self.tests(typical), self.extrapolated(typical_raw, typical)
+        tests, curves = self.tests(typical), self.mesh_changes.extrapolated(typical_raw, typical)
         typical_force = self.read(tests, curves)
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
         by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
@@ -189,14 +188,14 @@ class Predictor:
         """
         tests = self.tests(curves.model)
         tasks = self.exact_tasks(tests)
-        soon = self._soon(curves.model)
+        soon = self.mesh_changes.tasks(curves.model)
         if isinstance(self.runs, LearnedCurves):
             answers = self.runs.map([*tasks, *soon], tolerance)
         else:
             answers = self.runs.map([*tasks, *soon])
         raw = [done.result() for done in answers[: len(tasks)]]
-        self._learn_changes(curves.model)
-        force = self.read(tests, self.extrapolated(raw, curves.model))
+        self.mesh_changes.learn(curves.model)
+        force = self.read(tests, self.mesh_changes.extrapolated(raw, curves.model))
         by_cells = force - self.read(tests, raw)
         return dataclasses.replace(curves, force=force, mesh_correction=by_cells)
 
@@ -245,7 +244,7 @@ class Predictor:
     ) -> Array:
         """Return derivatives with respect to deviations of the mesh correction, shape (r, q, m)."""
         by_mesh = []
-        for deviation in self._mesh_deviations.transpose(1, 0, 2):
+        for deviation in self.mesh_changes.deviations.transpose(1, 0, 2):
             errors = [
                 curve["force_N"] * np.interp(curve["displacement_mm"], at, share)
                 for curve, at, share in zip(curves, self._at, deviation, strict=True)
@@ -272,113 +271,8 @@ class Predictor:
         ]
         return (self.read(tests, moved) - force) / small
 
-    @cached_property
-    def _mesh_changes(self) -> Array:
-        """Relative changes of the curves' forces on a finer mesh, shape (r, m).
-
-        They are those at displacements of the indenter; machine and seating are applied afterwards,
-        to the corrected forces.
-        """
-        return self._changes_of(self._tests, self._at)[0]
-
-    @cached_property
-    def _last_changes(self) -> Array:
-        """Further changes on a mesh that is finer again, relative to the same forces, (r, m)."""
-        first, second = self._changes_of(self._tests, self._at, meshes=3)
-        return second - first
-
-    def _learn_changes(self, model: Model) -> None:
-        """Find what effects add to the mesh changes per amplitude, shape (r, m) each."""
-        for name, (effect, _) in model.effects.items():
-            if name not in self._by_effect:
-                step, changed = self._first_with(effect)
-                first = self._first_of(effect)
-                change = self._changes_of(changed, self._at[[first]])[0][0]
-                more = change - self._mesh_changes[first]
-                self._by_effect[name] = more / step * self._acts_on(effect)[:, None]
-
-    def _first_with(self, effect: Effect) -> tuple[float, list[BendingTest]]:
-        """Return a possible amplitude of an effect, and the first specification with it."""
-        first = self._tests[self._first_of(effect)]
-        return first_possible(effect.typical, lambda amplitude: [effect.apply(first, amplitude)])
-
-    def _acts_on(self, effect: Effect) -> NDArray[np.bool_]:
-        return np.array([effect.acts_on(test) for test in self._tests])
-
-    def _first_of(self, effect: Effect) -> int:
-        """Return the index of the first curve on which an effect acts."""
-        return int(self._acts_on(effect).argmax())
-
-    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array, meshes: int = 2) -> Array:
-        """Return relative changes of forces on finer meshes, from the first on.
-
-        The displacements have shape (n, m), the changes have shape (meshes - 1, n, m).
-        """
-        standing, tasks = self._on_meshes(tests, meshes)
-        curves = iter(simulated(self.runs, tasks))
-        own = {i: [next(curves) for _ in range(meshes)] for i in standing.chosen}
-        each = [(own[i], at) for i, at in zip(standing.by, at_mm, strict=True)]
-        return np.array(
-            [
-                [np.interp(at, *change_of(some[0], some[k])) for some, at in each]
-                for k in range(1, meshes)
-            ]
-        )
-
-    def _on_meshes(
-        self, tests: Sequence[BendingTest], meshes: int = 2
-    ) -> tuple[Standing, list[CurveTask]]:
-        """Return which of the first curves stand for others, and their tasks on all meshes."""
-        some = [[dataclasses.replace(test, machine=Machine()) for test in tests]]
-        while len(some) < meshes:
-            some.append([on_mesh(test, finer(test.numerics.mesh)) for test in some[-1]])
-        standing = Standing.of(*([Place.of(test) for test in these] for these in some[:2]))
-        return standing, [self.task(these[i]) for i in standing.chosen for these in some]
-
-    def _soon(self, model: Model) -> list[CurveTask]:
-        """Return the tasks on several meshes that a model is about to need."""
-        known = "_last_changes" in self.__dict__
-        wanted = [] if known else self._on_meshes(self._tests, meshes=3)[1]
-        for effect, _ in model.effects.values():
-            if effect.name not in self._by_effect:
-                wanted += self._on_meshes(self._first_with(effect)[1])[1]
-        return wanted
-
-    @property
-    def _mesh_deviations(self) -> Array:
-        """Relative deviations from the extrapolated forces, shape (r, q, m).
-
-        Together they have the standard deviation of the extrapolation, on average over
-        displacements: the distance to the limit may vary along the curve, but smoothly.
-        """
-        modes = smooth(*self._last_changes.shape)
-        modes /= np.sqrt((modes**2).sum(axis=1).mean())
-        return limit()[1] * modes * self._last_changes[:, None]
-
-    def extrapolated(self, curves: Sequence[pd.DataFrame], model: Model) -> list[pd.DataFrame]:
-        """Return all curves, extrapolated to vanishing cell size."""
-        multiple, found = limit()[0], []
-        changes = self._mesh_changes + multiple * self._last_changes
-        for name, (_, amplitude) in model.effects.items():
-            if name in self._by_effect:
-                changes = changes + multiple * amplitude * self._by_effect[name]
-        for at, curve, change in zip(self._at, curves, changes, strict=True):
-            travel = curve["displacement_mm"].to_numpy()
-            factor = 1.0 + np.interp(travel, at, change)
-            # this is much faster than a product of data frames
-            scaled = pd.DataFrame(factor[:, None] * curve.to_numpy(), columns=curve.columns)
-            found.append(scaled.assign(displacement_mm=travel))
-        return found
-
     def read(self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame]) -> Array:
         """Return the recorded forces read off the first curves, shape (len(tests), m)."""
         straight = self._observed.straight_mm or [None] * len(self._at)
         each = zip(tests, curves, self._at, straight, strict=False)
         return np.array([read(*one) for one in each])
-
-
-def smooth(curves: int, points: int) -> Array:
-    """Return cosines of unit amplitude, the same for all curves, shape (r, modes, m)."""
-    x = (np.arange(points) + 0.5) / points
-    modes = np.array([np.cos(k * np.pi * x) for k in range(SMOOTH_MODES)])
-    return np.broadcast_to(modes, (curves, *modes.shape)).copy()

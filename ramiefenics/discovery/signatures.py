@@ -142,7 +142,7 @@ class Signatures:
         """
         refused, tests = dict(self._refused), self._tests
         derived = {i: answers[task] for i, task in self._derived.items()}
-        curves = self._predictor.extrapolated(raw, self._model)
+        curves = self._predictor.mesh_changes.extrapolated(raw, self._model)
         force = self._predictor.read(tests, curves)
         found = {}
         for name in self._moved:
@@ -176,7 +176,9 @@ class Signatures:
         if name in there.effects:  # only then can its mesh correction be known
             effect = self._suspects[name]
             there = there.changed(effect, there.amplitude(name) + self._steps[name])
-        return self._predictor.read(self._moved[name], self._predictor.extrapolated(curves, there))
+        return self._predictor.read(
+            self._moved[name], self._predictor.mesh_changes.extrapolated(curves, there)
+        )
 
 
 def _moved(
