@@ -18,9 +18,10 @@ import numpy as np
 from scipy.special import ndtr
 
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.evidence import Evidence, Reduced
+from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.discovery.whitened import Reduced
 
 NUMBER = (0.5, 0.3, 0.15, 0.05)
 """Prior probabilities of no effect, of one, two and three effects."""

@@ -11,13 +11,14 @@ import numpy as np
 from ramiefenics.discovery.blocks import Array, Blocks
 from ramiefenics.discovery.both_ways import predictor_of
 from ramiefenics.discovery.causes import log_evidence_gains
-from ramiefenics.discovery.evidence import Evidence, Reduced, Suspect
+from ramiefenics.discovery.evidence import Evidence, Suspect
 from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import linear_evidence
 from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.observed import Observed
 from ramiefenics.discovery.scatter import Scatter
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE
+from ramiefenics.discovery.whitened import Reduced
 from ramiefenics.effects import Effect
 from ramiefenics.measured.record import POINTS
 from ramiefenics.measured.unloading import FROM_TURN
