@@ -18,7 +18,7 @@ from ramiefenics.discovery.signatures import Signatures
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
-from ramiefenics.specification import BendingTest
+from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate import LearnedCurves
 
 TOE = 0.1
@@ -98,8 +98,9 @@ class Predictor:
         Raises
         ------
         SpecificationError
-            If an effect of the model has no meaning for a specimen, or if a simulation of the model
-            does not reach the end, or jumps although that is to be refused.
+            If an effect of the model has no meaning for a specimen, or no derivative by its
+            amplitude is found; or if a simulation of the model does not reach the end, or jumps
+            although that is to be refused.
         """
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
@@ -119,6 +120,9 @@ class Predictor:
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
         by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
         by_effects, refused = by_amplitudes.found(typical_raw, answers)
+        for name in refused.keys() & model.effects.keys():
+            unknown = f"has no derivative there: {refused[name].rstrip('.')}"
+            raise SpecificationError(name, model.amplitude(name), unknown)
         by_effects = {name: size * change for name, change in by_effects.items()}
         return Linearised(model, force, by_cells, by_own, by_common, by_mesh, by_effects, refused)
 

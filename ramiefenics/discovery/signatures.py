@@ -108,7 +108,7 @@ class Signatures:
         self._predictor, self._model, self._suspects = predictor, model, suspects
         self._tests = tests = predictor.tests(model)
         without = predictor.tests(dataclasses.replace(model, effects={}))
-        moved, self._steps, self._refused = _moved(predictor, model, tests, suspects)
+        moved, self._steps, self._refused = _moved(predictor, model, without, suspects)
         derived_by = moved if predictor.derives else ()
         along = _along(model, tests, {name: suspects[name] for name in derived_by})
         places = [Place.of(test) for test in tests]
@@ -184,7 +184,7 @@ class Signatures:
 def _moved(
     predictor: Predictor,
     model: Model,
-    tests: Sequence[BendingTest],
+    without: Sequence[BendingTest],
     suspects: Mapping[str, Effect],
 ) -> tuple[dict[str, list[BendingTest]], dict[str, float], dict[str, str]]:
     """Return specifications with each amplitude changed, the steps, and the reasons for refusals.
@@ -201,7 +201,7 @@ def _moved(
             return predictor.tests(model.changed(effect, model.amplitude(effect.name) + step))
 
         try:
-            steps[name], moved[name] = first_possible(_step(effect, model, tests), stepped)
+            steps[name], moved[name] = first_possible(_step(effect, model, without), stepped)
         except SpecificationError as error:
             refused[name] = str(error)
     return moved, steps, refused
@@ -250,14 +250,15 @@ def _along(
     return found
 
 
-def _step(effect: Effect, model: Model, tests: Sequence[BendingTest]) -> float:
+def _step(effect: Effect, model: Model, without: Sequence[BendingTest]) -> float:
     """Return a step of the amplitude within the bounds, towards zero if the model has the effect.
 
-    Stalks may jump if the effect is larger.
+    Stalks may jump if the effect is larger. Whether a simulation is needed is seen from stalks
+    without effects, because some effects cannot be applied twice.
     """
     if effect.name not in model.effects:
         return effect.typical
-    share = DERIVATIVE_SHARE if needs_simulation(effect, tests) else EXACT_SHARE
+    share = DERIVATIVE_SHARE if needs_simulation(effect, without) else EXACT_SHARE
     amplitude, (low, high) = model.amplitude(effect.name), effect.bounds
     step = -math.copysign(share * effect.typical, amplitude)
     return step if low <= amplitude + step <= high else -step
