@@ -1,6 +1,7 @@
 """Recorded forces, their derivatives and fits, for linear springs with closed solutions."""
 
 import dataclasses
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,9 +16,10 @@ from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import Fitted, Fitter
 from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.meshes import finer, limit
-from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.observed import Observed, observe
 from ramiefenics.discovery.prediction import Predictor
 from ramiefenics.discovery.signatures import Along
+from ramiefenics.discovery.synthetic import make_dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import normalised
@@ -240,6 +242,18 @@ def test_effects_that_have_no_meaning_are_refused_by_name(
     found = predictor.linearise(model, suspects)
     assert list(found.by_effects) == ["seating_gap"]
     assert "there is no void to move" in found.refused["eccentric_void"]
+
+
+def test_an_effect_that_cannot_be_applied_twice_has_a_derivative(tmp_path: Path) -> None:
+    """A void that pith fills cannot be filled again."""
+    make_dataset(tmp_path / "data", [], 1, Formula(), specimens=2)
+    dataset = rf.read_dataset(tmp_path / "data")
+    predictor = Predictor([record.test for record in dataset.records], observe(dataset), Formula())
+    pith, used = rf.EFFECTS["pith_core"], factors(dataset.baseline, dataset.layout.fit)
+    model = Model(used, np.zeros((2, len(used))), {"pith_core": (pith, 0.1)})
+    curves = predictor.linearise(model, {"pith_core": pith})
+    assert not curves.refused
+    assert np.isfinite(curves.by_effects["pith_core"]).all()
 
 
 def test_where_the_typical_size_is_too_much_less_is_tried(

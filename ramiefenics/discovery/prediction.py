@@ -120,9 +120,10 @@ class Predictor:
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
         by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
         by_effects, refused = by_amplitudes.found(typical_raw, answers)
-        for name in refused.keys() & model.effects.keys():
-            unknown = f"has no derivative there: {refused[name].rstrip('.')}"
-            raise SpecificationError(name, model.amplitude(name), unknown)
+        for name, (_, amplitude) in model.effects.items():
+            if name in refused:
+                unknown = f"has no derivative there: {refused[name].rstrip('.')}"
+                raise SpecificationError(name, amplitude, unknown)
         by_effects = {name: size * change for name, change in by_effects.items()}
         return Linearised(model, force, by_cells, by_own, by_common, by_mesh, by_effects, refused)
 
