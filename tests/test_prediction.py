@@ -135,6 +135,50 @@ def test_meshes_explain_no_more_than_finer_ones_show(
     assert together == pytest.approx(limit()[1] * (FINER - FINEST), rel=1e-3)
 
 
+class Sensitive(Springs):
+    """Springs whose stiffness depends more on the mesh where two effects are present together."""
+
+    def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
+        coarse = max(self._stiffness.values())
+        found = []
+        for task, done in zip(tasks, super().map(tasks), strict=True):
+            share = (self._stiffness[task.test.numerics.mesh] / coarse) ** together(task.test)
+            curve = done.result()
+            found.append(Done(curve.assign(force_N=curve["force_N"] * share)))
+        return found
+
+
+def together(test: rf.BendingTest) -> float:
+    law = test.stalk.layers[0].material.large_strain
+    return 5.0 * law.fibre_damage * law.bimodularity
+
+
+def test_what_finer_meshes_change_is_found_for_all_effects_together(
+    screening: rf.BendingTest, springs: Springs
+) -> None:
+    effects = {name: rf.EFFECTS[name] for name in ("fibre_damage", "bimodular_fibre")}
+    there = {name: (effect, effect.typical) for name, effect in effects.items()}
+    runs = Sensitive(springs._stiffness, springs._modulus_MPa)
+    travel = np.linspace(0.5, 6.0, 331)  # so close that curves are straight in each reading
+    predictor = Predictor([screening], observed(travel), runs)
+    model = Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1)))
+    for name, effect in effects.items():
+        alone = predictor.linearise(model.changed(*there[name]), {name: effect})
+        assert alone.force[0] == pytest.approx(STIFFNESS_N_PER_MM * travel, rel=1e-9)
+    model = dataclasses.replace(model, effects=there)
+    power = 1.0 + together(model.test(screening, np.zeros(1)))
+    last = FINEST**power - FINER**power
+    extrapolated = FINER**power + limit()[0] * last
+    roughly = predictor.linearise(model, effects, roughly=True)
+    for found in (predictor.confirm(roughly), predictor.linearise(model, effects)):
+        on_mesh = found.force[0] - found.mesh_correction[0]
+        assert found.force[0] == pytest.approx(extrapolated * on_mesh, rel=1e-9)
+        relative = found.by_mesh[0] / found.force[0]
+        # the finite differences are a thousandth
+        sd = np.sqrt((relative**2).sum(axis=0).mean())
+        assert sd == pytest.approx(limit()[1] * abs(last), rel=2e-3)
+
+
 def test_a_kink_is_read_as_on_a_measured_curve(
     screening: rf.BendingTest, predictor: Predictor
 ) -> None:

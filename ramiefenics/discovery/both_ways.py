@@ -119,6 +119,7 @@ class BothWays:
             curves,
             force=self._merged(there.force, back.force),
             mesh_correction=self._merged(there.mesh_correction, back.mesh_correction),
+            by_mesh=self._merged(there.by_mesh, back.by_mesh),
         )
 
     def _merged(self, there: Array, back: Array) -> Array:

@@ -113,7 +113,7 @@ class Predictor:
         tests, curves = self.tests(model), self.mesh_changes.extrapolated(raw, model)
         force = self.read(tests, curves)
         by_own = self._by_factors(model, tests, curves, force)
-        by_mesh = self._by_mesh(tests, curves, force)
+        by_mesh = self._by_mesh(model, tests, curves, force)
         by_cells = force - self.read(tests, raw)
         tests, curves = self.tests(typical), self.mesh_changes.extrapolated(typical_raw, typical)
         typical_force = self.read(tests, curves)
@@ -200,9 +200,11 @@ class Predictor:
             answers = self.runs.map([*tasks, *soon])
         raw = [done.result() for done in answers[: len(tasks)]]
         self.mesh_changes.learn(curves.model)
-        force = self.read(tests, self.mesh_changes.extrapolated(raw, curves.model))
+        extrapolated = self.mesh_changes.extrapolated(raw, curves.model)
+        force = self.read(tests, extrapolated)
         by_cells = force - self.read(tests, raw)
-        return dataclasses.replace(curves, force=force, mesh_correction=by_cells)
+        by_mesh = self._by_mesh(curves.model, tests, extrapolated, force)
+        return dataclasses.replace(curves, force=force, mesh_correction=by_cells, by_mesh=by_mesh)
 
     def tests(self, model: Model) -> list[BendingTest]:
         """Return the specifications of all curves, with factors and effects."""
@@ -245,11 +247,15 @@ class Predictor:
         return np.stack(found, axis=1)
 
     def _by_mesh(
-        self, tests: Sequence[BendingTest], curves: Sequence[pd.DataFrame], force: Array
+        self,
+        model: Model,
+        tests: Sequence[BendingTest],
+        curves: Sequence[pd.DataFrame],
+        force: Array,
     ) -> Array:
         """Return derivatives with respect to deviations of the mesh correction, shape (r, q, m)."""
         by_mesh = []
-        for deviation in self.mesh_changes.deviations.transpose(1, 0, 2):
+        for deviation in self.mesh_changes.deviations(model).transpose(1, 0, 2):
             errors = [
                 curve["force_N"] * np.interp(curve["displacement_mm"], at, share)
                 for curve, at, share in zip(curves, self._at, deviation, strict=True)
