@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import TypeAlias
@@ -19,8 +20,13 @@ from ramiefenics.specification import BendingTest, Machine
 
 Amplitudes: TypeAlias = dict[str, float]
 
-MESHES = 3
-"""Number of meshes: that of the analysis, and two finer ones."""
+ALIKE = 0.1
+"""Difference of amplitudes, relative to the larger one, up to which what effects add to the changes
+is taken to be the same."""
+
+AFFORDABLE = "quarter"
+"""Domain of stalks with effects that are simulated on the finest mesh. A larger one takes minutes,
+and what effects add there to the change by the finest mesh is neglected."""
 
 
 class MeshChanges:
@@ -30,7 +36,8 @@ class MeshChanges:
     afterwards, to the extrapolated forces. What effects add to the changes is found for all effects
     of a model together, at their amplitudes, because it is not the sum of what each adds: damaged
     fibres in a stalk that pith keeps from flattening are strained far more than in a hollow one,
-    and the more the finer the mesh. It is found on the first curve on which they act.
+    and the more the finer the mesh. It is found on the first curve on which they act, on the finest
+    mesh only where that is `AFFORDABLE`.
 
     Parameters
     ----------
@@ -66,7 +73,7 @@ class MeshChanges:
 
         The second are further changes on a mesh that is finer again, relative to the same forces.
         """
-        return self._changes_of(self._tests, self._at)
+        return self._changes_of(self._tests, self._at, meshes=3)
 
     def learn(self, model: Model) -> None:
         """Find what the effects of a model, at its amplitudes, add to the changes."""
@@ -74,14 +81,17 @@ class MeshChanges:
             return
         more = np.zeros_like(self._without)
         for curves, changed in self._changed(model):
-            first = curves[0]
-            found = self._changes_of([changed], self._at[[first]])[:, 0]
-            more[:, curves] = (found - self._without[:, first])[:, None]
+            first, meshes = curves[0], _meshes_for(changed)
+            found = self._changes_of([changed], self._at[[first]], meshes)
+            more[: meshes - 1, curves] = found - self._without[: meshes - 1, [first]]
         self._more[frozenset(model.effects)] = (_amplitudes(model), more)
 
     def _knows(self, model: Model) -> bool:
-        amplitudes, _ = self._more.get(frozenset(model.effects), ({}, None))
-        return amplitudes == _amplitudes(model)
+        known, _ = self._more.get(frozenset(model.effects), ({}, None))
+        now = _amplitudes(model)
+        return known.keys() == now.keys() and all(
+            math.isclose(now[name], known[name], rel_tol=ALIKE) for name in now
+        )
 
     def _changed(self, model: Model) -> Iterator[tuple[list[int], BendingTest]]:
         """Return curves on which the same effects act, and the first of them with these effects."""
@@ -93,41 +103,43 @@ class MeshChanges:
             if any(which):
                 yield curves, model.test(self._tests[curves[0]], np.zeros(len(model.factors)))
 
-    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array) -> Array:
-        """Return relative changes of forces on finer meshes, as `_without`.
+    def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array, meshes: int) -> Array:
+        """Return relative changes of forces on finer meshes, each beyond the one before.
 
-        The displacements have shape (n, m), the changes have shape (2, n, m).
+        The displacements have shape (n, m), the changes have shape (meshes - 1, n, m).
         """
-        standing, tasks = self._on_meshes(tests)
+        standing, tasks = self._on_meshes(tests, meshes)
         curves = iter(simulated(self._runs, tasks))
-        own = {i: [next(curves) for _ in range(MESHES)] for i in standing.chosen}
+        own = {i: [next(curves) for _ in range(meshes)] for i in standing.chosen}
         each = [(own[i], at) for i, at in zip(standing.by, at_mm, strict=True)]
-        first, second = (
-            np.array([np.interp(at, *change_of(some[0], some[k])) for some, at in each])
-            for k in (1, 2)
-        )
-        return np.stack([first, second - first])
+        changes = [
+            [np.interp(at, *change_of(some[0], some[k])) for some, at in each]
+            for k in range(1, meshes)
+        ]
+        return np.diff(changes, axis=0, prepend=0.0)
 
-    def _on_meshes(self, tests: Sequence[BendingTest]) -> tuple[Standing, list[CurveTask]]:
+    def _on_meshes(
+        self, tests: Sequence[BendingTest], meshes: int
+    ) -> tuple[Standing, list[CurveTask]]:
         """Return which of the first curves stand for others, and their tasks on all meshes."""
         some = [[dataclasses.replace(test, machine=Machine()) for test in tests]]
-        while len(some) < MESHES:
+        while len(some) < meshes:
             some.append([on_mesh(test, finer(test.numerics.mesh)) for test in some[-1]])
         standing = Standing.of(*([Place.of(test) for test in these] for these in some[:2]))
         return standing, [self._task(these[i]) for i in standing.chosen for these in some]
 
     def tasks(self, model: Model) -> list[CurveTask]:
         """Return the tasks on several meshes that a model is about to need."""
-        wanted = [] if "_without" in self.__dict__ else self._on_meshes(self._tests)[1]
+        wanted = [] if "_without" in self.__dict__ else self._on_meshes(self._tests, 3)[1]
         if not self._knows(model):
             for _, changed in self._changed(model):
-                wanted += self._on_meshes([changed])[1]
+                wanted += self._on_meshes([changed], _meshes_for(changed))[1]
         return wanted
 
     def _with(self, model: Model) -> Array:
         """Return relative changes of a model's forces, as `_without`.
 
-        What its effects add is as known last, at whatever amplitudes.
+        What its effects add is as known last, at whatever amplitudes; nothing where not known yet.
         """
         _, more = self._more.get(frozenset(model.effects), ({}, 0.0))
         return self._without + more
@@ -154,6 +166,10 @@ class MeshChanges:
             scaled = pd.DataFrame(factor[:, None] * curve.to_numpy(), columns=curve.columns)
             found.append(scaled.assign(displacement_mm=travel))
         return found
+
+
+def _meshes_for(changed: BendingTest) -> int:
+    return 3 if changed.numerics.domain == AFFORDABLE else 2
 
 
 def _amplitudes(model: Model) -> Amplitudes:
