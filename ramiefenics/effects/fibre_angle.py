@@ -22,7 +22,7 @@ FIBRE_ANGLE = Effect(
     reference="Lekhnitskii 1963, Theory of Elasticity of an Anisotropic Elastic Body; Kubler 1991, "
     "Trees 5, 125-135",
     unit="degrees",
-    bounds=(0.0, 30.0),  # fibres that wind the other way give the mirror image
+    bounds=(-30.0, 30.0),
     typical=5.0,
     apply=_apply,
     enters="the fibres' direction at every quadrature point: stalk.tissue.fibre_angle_deg",

@@ -29,7 +29,7 @@ OFF_CENTRE_INDENTER = Effect(
     "stiffer.",
     reference="Timoshenko 1955, Strength of Materials, Part I, chapter V",
     unit="mm",
-    bounds=(0.0, 20.0),  # a symmetric stalk cannot tell the sides apart
+    bounds=(-20.0, 20.0),
     typical=5.0,
     span_mm=100.0,
     apply=_apply,
