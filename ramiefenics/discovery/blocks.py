@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 Integers = NDArray[np.integer[Any]]
 
-SMOOTH_MODES = 9
-"""Number of cosines along the displacement that make up a smooth error. Errors that simulated ramie
-stalks have in common are made up of these; where five were allowed for, the rest of these errors
-seemed to show effects."""
+SMOOTH_MODES = 5
+"""Number of cosines along the displacement that make up a smooth error."""
 
 
 @dataclass(frozen=True)
