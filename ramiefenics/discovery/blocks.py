@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 Integers = NDArray[np.integer[Any]]
 
-SMOOTH_MODES = 5
-"""Number of cosines along the displacement that make up a smooth error."""
+SMOOTHNESS = (1.0,) * 5 + (0.5,) * 4
+"""Standard deviations of the cosines along the displacement that make up a smooth error, relative
+to its size. Against forces of a finer mesh, the program's own were found to err by 0.1 to 0.5 % in
+the first five, by 0.08 to 0.15 % in the next four."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class Blocks:
 
 
 def smooth(curves: int, points: int) -> Array:
-    """Return cosines of unit amplitude, the same for all curves, shape (r, modes, m)."""
+    """Return cosines, slow ones of unit amplitude, the same for all curves, shape (r, modes, m)."""
     x = (np.arange(points) + 0.5) / points
-    modes = np.array([np.cos(k * np.pi * x) for k in range(SMOOTH_MODES)])
+    modes = np.array([share * np.cos(k * np.pi * x) for k, share in enumerate(SMOOTHNESS)])
     return np.broadcast_to(modes, (curves, *modes.shape)).copy()

@@ -23,7 +23,13 @@ def on_mesh(test: BendingTest, mesh: MeshRecipe) -> BendingTest:
 
 
 def finer(recipe: MeshRecipe) -> MeshRecipe:
-    """Return a recipe with cells `FINER` times smaller, as nearly as whole numbers allow."""
+    """Return a recipe with cells `FINER` times smaller, as nearly as whole numbers allow.
+
+    The growth from cell to cell falls less than it had to for every row to keep its grading.
+    Where cells are smallest, at the bore and at the stalk's sides, they thus shrink faster, because
+    forces converge slowest where the flattened void bends.
+    """
+    softer = FINER**-0.5
     return replace(
         recipe,
         name="custom",
@@ -32,9 +38,8 @@ def finer(recipe: MeshRecipe) -> MeshRecipe:
         rind_elements=max(1, int(recipe.rind_elements * FINER)),
         contact_size=recipe.contact_size / FINER,
         coarse_size=recipe.coarse_size / FINER,
-        # growth from cell to cell, chosen so that the layer as a whole keeps its grading
-        bore_growth=recipe.bore_growth ** (1.0 / FINER),
-        side_growth=recipe.side_growth ** (1.0 / FINER),
+        bore_growth=recipe.bore_growth**softer,
+        side_growth=recipe.side_growth**softer,
     )
 
 
