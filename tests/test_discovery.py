@@ -148,7 +148,9 @@ def test_blind_test_on_coarse_meshes(
     kept = tmp_path_factory.getbasetemp() / "runs"  # for both cases
     with workers() as pool:
         runs = Runs(kept, pool)
-        make_dataset(tmp_path, secret, SEED, runs, specimens=5, mesh=FINE, travel_mm=4.0)
+        make_dataset(
+            tmp_path, secret, SEED, runs, specimens=5, mesh=FINE, finest=finer(FINE), travel_mm=4.0
+        )
         layout = tomllib.loads((tmp_path / "dataset.toml").read_text())
         layout["mesh"] = {**to_dict(COARSE), "name": "coarse"}
         (tmp_path / "dataset.toml").write_text(tomli_w.dumps(layout))

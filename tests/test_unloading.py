@@ -15,6 +15,7 @@ from mpi4py import MPI
 from test_discovery import COARSE, FINE
 
 import ramiefenics as rf
+from ramiefenics.discovery.meshes import finer
 from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import SUSPECTS
@@ -160,7 +161,17 @@ def test_fibres_that_yield_are_found_by_unloading(tmp_path: Path) -> None:
     with workers() as pool:
         runs = Runs(tmp_path / "runs", pool)
         secret = Secret(effect, effect.typical)
-        make_dataset(tmp_path / "data", secret, SEED, runs, 4, FINE, travel_mm=8.0, unloaded=True)
+        make_dataset(
+            tmp_path / "data",
+            secret,
+            SEED,
+            runs,
+            4,
+            FINE,
+            finer(FINE),
+            travel_mm=8.0,
+            unloaded=True,
+        )
         path = tmp_path / "data/dataset.toml"
         layout = tomllib.loads(path.read_text())
         layout["mesh"] = {**to_dict(COARSE), "name": "coarse"}
