@@ -24,7 +24,8 @@ PARTS_N = {
 """Contribution of each modulus to the force, for a stalk like the published ones, N."""
 
 MESH_ERROR, ORDER = 0.08, 2.0
-"""Relative error of the force at 14 mm on 6 mm cells, as in `screening`; order of convergence."""
+"""Relative error of the force at 14 mm with eight cells around half the circumference, as in
+`screening`; order of convergence."""
 
 
 class Formula(Mapper):
@@ -95,5 +96,5 @@ def force_N(test: rf.BendingTest) -> np.ndarray:
     force = sum(share * by_kind[key[1]] * PARTS_N[key] for key, share in shares.items())
     force = force + learned_N(test) * shorter
     force = force * (1.0 - lost(test)) * (1.0 - HYSTERESIS * bool(test.protocol.then))
-    cells = (test.numerics.mesh.contact_size / 0.06) ** ORDER
-    return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * cells * AT_MM / 14.0) * force
+    size = (8.0 / test.numerics.mesh.angular_elements) ** ORDER
+    return test.stalk.stiffness_factor * (1.0 + MESH_ERROR * size * AT_MM / 14.0) * force

@@ -115,9 +115,9 @@ def test_changes_pass_through_the_machine(
     assert np.allclose(found.force[0], force, rtol=1e-9)
     # the finite differences are a thousandth, and 0.000025 mm/N for c: errors of that order
     assert np.allclose(found.by_own[0, 0], by_log_k, rtol=1e-3)
-    # nine cosines share the variance: a constant, and four more of full and four of half amplitude,
-    # whose squares are half on average
-    first = limit()[1] * (FINEST - FINER) / np.sqrt(1.0 + (4.0 + 4.0 / 4.0) / 2.0)
+    # nine cosines share the variance: a constant, and four more of full amplitude and four of a
+    # fifth, whose squares are half on average
+    first = limit()[1] * (FINEST - FINER) / np.sqrt(1.0 + (4.0 + 4.0 / 25.0) / 2.0)
     assert np.allclose(found.by_mesh[0, 0], first * by_log_k, rtol=1e-3)
     assert np.allclose(found.by_effects["loose"][0], -(k**2) * d / (1 + c * k) ** 2, rtol=1e-3)
 

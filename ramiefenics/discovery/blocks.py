@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 Integers = NDArray[np.integer[Any]]
 
-SMOOTHNESS = (1.0,) * 5 + (0.5,) * 4
+SMOOTHNESS = (1.0,) * 5 + (0.2,) * 4
 """Standard deviations of the cosines along the displacement that make up a smooth error, relative
-to its size. Against forces of a finer mesh, the program's own were found to err by 0.1 to 0.5 % in
-the first five, by 0.08 to 0.15 % in the next four."""
+to its size. At the true parameters of three synthetic data sets, the program's forces err by up to
+0.26 % of the peak in the first five, and by 0.07 % on average in the next four."""
 
 
 @dataclass(frozen=True)
