@@ -129,6 +129,21 @@ def test_lengths_are_judged_by_the_span(stalk):
     assert EFFECTS["seating_gap"].sized([ring]) is EFFECTS["seating_gap"]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, effect in EFFECTS.items() if effect.even])
+def test_even_effects_have_a_size_only(name, stalk, force):
+    effect, short = EFFECTS[name], rf.override(stalk, ["protocol.travel_mm=1"])
+    there, back, without = (force(effect.apply(short, a), 1.0) for a in (5.0, -5.0, 0.0))
+    assert back == pytest.approx(there, rel=1e-5)  # mirrored meshes; tolerance of the steps
+    assert abs(there / without - 1.0) > 1e-4
+    assert effect.as_found([short]).bounds == (0.0, effect.bounds[1])
+
+
+def test_effects_that_are_not_even_keep_their_sign(stalk):
+    effect = EFFECTS["load_offset"]
+    assert effect.as_found([stalk]) == effect.sized([stalk])
+
+
 def axial_MPa(test):
     return test.stalk.layers[0].material.scaled(test.stalk.stiffness_factor).elastic.E_Z_MPa
 

@@ -121,7 +121,7 @@ class _Inquiry:
         tests = [record.test for record in dataset.records]
         self._dataset = dataset
         self._stage = on_stage or (lambda stage, expected: None)
-        self._effects = {n: effect.centred(tests).sized(tests) for n, effect in effects.items()}
+        self._effects = {n: effect.centred(tests).as_found(tests) for n, effect in effects.items()}
         self._runs = LearnedCurves(runs)
         self._observed = observe(dataset)
         self._predictor = predictor_of(tests, self._observed, self._runs)

@@ -199,7 +199,7 @@ def plan(
     test = as_test(test, **changes)
     design = Design() if design is None else design
     suspects = EFFECTS if effects is None else effects
-    effects = {name: effect.sized([test]) for name, effect in suspects.items()}
+    effects = {name: effect.as_found([test]) for name, effect in suspects.items()}
     given = _default_others(test) if others is None else others
     curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
     every = [one for some in curves for one in some]

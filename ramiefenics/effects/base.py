@@ -83,6 +83,9 @@ class Effect:
     span_mm
         Span of the tests for which bounds and typical amplitude are stated, to which they are
         proportional; 0, the default, if they are the same for all spans. See `sized`.
+    even
+        Whether amplitudes of both signs give the same forces, as those of mirror images are. Data
+        then tell no more than the size, see `as_found`.
     by_group
         Whether the effect may also be present in one group of tests only (`BendingTest.group`), as
         an error of one of two machines is.
@@ -104,6 +107,7 @@ class Effect:
     companions: tuple[Companion, ...] = ()
     per_specimen: bool = False
     span_mm: float = 0.0
+    even: bool = False
     by_group: bool = False
     group: str = ""
     file: Path | None = None
@@ -189,6 +193,14 @@ class Effect:
         share, (low, high) = span / self.span_mm, self.bounds
         bounds, typical = (share * low, share * high), share * self.typical
         return replace(self, bounds=bounds, typical=typical, span_mm=span)
+
+    def as_found(self, tests: Sequence[BendingTest]) -> Effect:
+        """Return the effect with the amplitudes that can be found in data of these tests.
+
+        They are those of `sized`, without negative ones if the effect is even.
+        """
+        sized = self.sized(tests)
+        return replace(sized, bounds=(0.0, sized.bounds[1])) if self.even else sized
 
     def _mean(self, key: str, tests: Sequence[BendingTest]) -> float:
         values = [value_at(test, key) for test in tests]

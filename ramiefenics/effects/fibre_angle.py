@@ -24,6 +24,7 @@ FIBRE_ANGLE = Effect(
     unit="degrees",
     bounds=(-30.0, 30.0),
     typical=5.0,
+    even=True,  # fibres that wind the other way give the mirror image
     apply=_apply,
     enters="the fibres' direction at every quadrature point: stalk.tissue.fibre_angle_deg",
 )

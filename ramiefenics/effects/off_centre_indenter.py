@@ -32,6 +32,7 @@ OFF_CENTRE_INDENTER = Effect(
     bounds=(-20.0, 20.0),
     typical=5.0,
     span_mm=100.0,
+    even=True,  # both halves of a stalk are alike
     apply=_apply,
     enters="the place of the indenter: fixture.indenter_offset_mm",
 )
