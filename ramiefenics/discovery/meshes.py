@@ -25,9 +25,9 @@ def on_mesh(test: BendingTest, mesh: MeshRecipe) -> BendingTest:
 def finer(recipe: MeshRecipe) -> MeshRecipe:
     """Return a recipe with cells `FINER` times smaller, as nearly as whole numbers allow.
 
-    The growth from cell to cell falls less than it had to for every row to keep its grading.
-    Where cells are smallest, at the bore and at the stalk's sides, they thus shrink faster, because
-    forces converge slowest where the flattened void bends.
+    The growth from cell to cell falls by less than would keep the grading of every row. Cells thus
+    shrink most where they are smallest, at the bore and at the stalk's sides, because forces
+    converge slowest where the flattened void bends.
     """
     softer = FINER**-0.5
     return replace(

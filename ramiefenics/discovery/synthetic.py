@@ -182,11 +182,7 @@ def make_dataset(
     for secret in [secrets] if isinstance(secrets, Secret) else secrets:
         bent = secret.apply(bent, rng)
     at = along = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
-    shown = [
-        test if test.numerics.domain == AFFORDABLE else without
-        for test, without in zip(bent[0], plain[0], strict=True)
-    ]
-    forces = iter(_forces(bent, shown, finest, at, runs, unloaded))
+    forces = iter(_forces(bent, _shown(bent[0], plain[0]), finest, at, runs, unloaded))
     if unloaded:
         at, along = np.append(at, at[-2::-1]), np.append(at, travel_mm + at[1:])
     (folder / "curves").mkdir(parents=True)
@@ -201,6 +197,14 @@ def make_dataset(
             columns = {key: f"{value:g}" for key, value in told.items()}
             listed.append({"specimen": row["specimen"], "curve": path, **columns})
     _list(folder, rows, listed, tests, unloaded)
+
+
+def _shown(
+    with_effects: Sequence[BendingTest], without: Sequence[BendingTest]
+) -> list[BendingTest]:
+    """Return the tests of a stalk that are simulated on the finest mesh."""
+    pairs = zip(with_effects, without, strict=True)
+    return [one if one.numerics.domain == AFFORDABLE else other for one, other in pairs]
 
 
 def _forces(
