@@ -29,8 +29,8 @@ from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import fit_scatter
 from ramiefenics.discovery.power import predicted_evidence, repeated
 from ramiefenics.discovery.scatter import Scatter
-from ramiefenics.discovery.verdict import SIGNIFICANCE, decide
-from ramiefenics.effects import EFFECTS
+from ramiefenics.discovery.verdict import IMPROBABLE, SIGNIFICANCE, decide, resting_on_one
+from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.published import published_test
 from ramiefenics.runs import Runs, workers
 from ramiefenics.specification import override
@@ -79,13 +79,14 @@ def judge(evidence: Evidence, seed: int) -> dict[str, Any]:
     seen = find_broken(seen, causes.best)
     causes = find_causes(seen)
     p = p_value_of_effect(seen, causes.nothing, rng)
-    chosen = causes.best if p < SIGNIFICANCE else ()
+    shown = p < SIGNIFICANCE or causes.none < IMPROBABLE
+    chosen = causes.best if shown else ()
     fit = Fit(seen, chosen, fit_scatter(seen, chosen))
-    misfit = p_value_of_misfit(fit, rng)
-    groups = causes.groups()
-    conflict = fit.conflict()
+    misfit, conflict = p_value_of_misfit(fit, rng), fit.conflict()
+    alone = resting_on_one(fit, causes)
+    groups = [group for group in causes.groups() if alone.keys().isdisjoint(group)]
     return {
-        "verdict": decide(p, misfit, conflict, groups),
+        "verdict": decide(shown, misfit, conflict, groups, bool(alone)),
         "groups": groups,
         "p": p,
         "misfit": misfit,
@@ -165,7 +166,7 @@ def main() -> None:
     with workers() as pool:
         runs = Runs(executor=pool)
         both = [test, override(test, [SHORT])]
-        one = predicted_evidence(both, EFFECTS, FIT_SD, runs)
+        one = predicted_evidence(both, SUSPECTS, FIT_SD, runs)
         seen = {n: s for n, s in one.suspects.items() if _change(s) > VISIBLE}
         one = replace(one, suspects=seen)
         todo = dict(itertools.islice(cases(one.names, NUMBERS, SEED), arguments.cases))

@@ -25,12 +25,11 @@ from ramiefenics.discovery.plan import plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.search import Search
 from ramiefenics.discovery.verdict import (
-    ENOUGH,
     IMPROBABLE,
     INDIFFERENT,
     SIGNIFICANCE,
     decide,
-    least_gain,
+    resting_on_one,
 )
 from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -180,20 +179,12 @@ class _Inquiry:
 
     def _accepted(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
         """Return the groups that do not rest on a single specimen."""
-        groups = []
-        for group in causes.groups():
-            name = next((name for name in group if name in fit.chosen), None)
-            if name is not None:
-                others = [other for other in fit.chosen if other != name]
-                fitted = causes.gain(fit.chosen) - causes.gain(others)
-                specimen, gain = least_gain(fit, name, fitted)
-                if gain < ENOUGH:
-                    who = self._dataset.specimens[specimen]
-                    without = f"without it the log-evidence gain is {gain:.1f}"
-                    self._reasons[name] = f"rests on {who} alone: {without}"
-                    continue
-            groups.append(group)
-        return tuple(groups)
+        alone = resting_on_one(fit, causes)
+        for name, (specimen, gain) in alone.items():
+            who = self._dataset.specimens[specimen]
+            without = f"without it the log-evidence gain is {gain:.1f}"
+            self._reasons[name] = f"rests on {who} alone: {without}"
+        return tuple(group for group in causes.groups() if alone.keys().isdisjoint(group))
 
     def _next_experiment(
         self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]

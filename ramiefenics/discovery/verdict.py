@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
+from ramiefenics.discovery.causes import Causes
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.fit import Fit
 from ramiefenics.discovery.fit_scatter import log_evidence
@@ -96,3 +97,30 @@ def least_gain(fit: Fit, name: str, fitted: float) -> tuple[int, float]:
     worst = min(gains, key=lambda specimen: gains[specimen])
     more = max(fitted - gain(fit.evidence), 0.0) if math.isfinite(fitted) else 0.0
     return worst, gains[worst] + more
+
+
+def resting_on_one(fit: Fit, causes: Causes) -> dict[str, tuple[int, float]]:
+    """Return the effects of a fitted set for which a single specimen decides.
+
+    Parameters
+    ----------
+    fit
+        Fit of the most probable set.
+    causes
+        Posterior over sets; of each of its groups, one effect of the fitted set is examined.
+
+    Returns
+    -------
+    dict
+        By name of the effect, the specimen without which it gains too little, and that gain.
+    """
+    alone = {}
+    for group in causes.groups():
+        name = next((name for name in group if name in fit.chosen), None)
+        if name is not None:
+            others = [other for other in fit.chosen if other != name]
+            fitted = causes.gain(fit.chosen) - causes.gain(others)
+            specimen, gain = least_gain(fit, name, fitted)
+            if gain < ENOUGH:
+                alone[name] = specimen, gain
+    return alone
