@@ -2,11 +2,11 @@
 
     ./run python benchmarks/power.py [--draws N]
 
-One stalk is simulated with every effect at its typical size, in the standard test and in three
+One stalk is simulated with every effect at its typical size, in the standard test and in several
 others. From these signatures, data sets of eight stalks are drawn and judged as in
 `discovery_statistics.py`: with each effect at the smallest amplitude that `plan` promises to find,
-and at its typical size, with the standard test alone and with each of the others besides. Takes 40
-minutes on two cores, simulations included. Keeps finished cases in `records/power.json`, and writes
+and at its typical size, with the standard test alone and with others besides. Takes an hour on two
+cores, simulations included. Keeps finished cases in `records/power.json`, and writes
 `docs/power.md`.
 """
 
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from ramiefenics.discovery.bootstrap import p_value_of_effect
 from ramiefenics.discovery.evidence import Evidence
 from ramiefenics.discovery.findings import with_space
 from ramiefenics.discovery.fit_scatter import fit_scatter
+from ramiefenics.discovery.plan import UNLOADED
 from ramiefenics.discovery.power import POWER, Design, power, predicted_evidence, repeated
 from ramiefenics.discovery.verdict import SIGNIFICANCE
 from ramiefenics.effects import EFFECTS, SUSPECTS
@@ -33,13 +35,26 @@ from ramiefenics.published import published_test
 from ramiefenics.runs import Runs, workers
 from ramiefenics.specification import override
 
-SECOND = {
-    "alone": "",
-    "span of 70 mm": "fixture.span_mm=70",
-    "indenter of 10 mm": "fixture.indenter_radius_mm=10",
-    "turned by 90°": "stalk.rotation_deg=90",
+SPAN = "fixture.span_mm=70"
+CURVES = {
+    "loading": [],
+    "unloading": [UNLOADED],
+    "loading, short": [SPAN],
+    "unloading, short": [SPAN, UNLOADED],
+    "loading, blunt": ["fixture.indenter_radius_mm=10"],
+    "loading, turned": ["stalk.rotation_deg=90"],
 }
-"""Settings of the second test, by what the table calls it."""
+"""Settings of each curve that a stalk may have."""
+
+TESTS = {
+    "alone": ["loading"],
+    "span of 70 mm": ["loading", "loading, short"],
+    "indenter of 10 mm": ["loading", "loading, blunt"],
+    "turned by 90°": ["loading", "loading, turned"],
+    "unloaded": ["loading", "unloading"],
+    "both spans, unloaded": ["loading", "unloading", "loading, short", "unloading, short"],
+}
+"""Curves of each stalk, by what the table calls these tests."""
 
 SMALLEST = "smallest"
 AT_SMALLEST = 40
@@ -65,49 +80,61 @@ def planned(
     one: Evidence, smallest: dict[str, float], draws: int
 ) -> dict[str, tuple[Case, Evidence]]:
     """Return cases by label, each with the evidence of one stalk under its tests."""
-    tests = {s: [0, k] if k else [0] for k, s in enumerate(SECOND)}
-    by_second = {second: repeated(one, which, 1) for second, which in tests.items()}
+    by_tests = {tests: _evidence(one, curves) for tests, curves in TESTS.items()}
     todo = {}
-    for number, name in enumerate(one.names):
+    for number, name in enumerate(sorted(one.names, key=lambda name: name not in SUSPECTS)):
         seed = SEED + 1000 * number
-        for second, which in tests.items():
-            for k in range(draws):
-                case = Case("one", {name: 1.0}, tests=len(which), seed=seed + k)
-                todo[f"{name}, {second}, {k}"] = case, by_second[second]
-        size = smallest[name] / EFFECTS[name].typical
+        for tests, evidence in by_tests.items():
+            for k in range(draws if name in evidence.names else 0):
+                case = Case("one", {name: 1.0}, tests=len(TESTS[tests]), seed=seed + k)
+                todo[f"{name}, {tests}, {k}"] = case, evidence
+        size = smallest.get(name, np.inf) / EFFECTS[name].typical
         for k in range(AT_SMALLEST if np.isfinite(size) else 0):
             case = Case(SMALLEST, {name: size}, seed=seed + k)
-            todo[f"{name}, {SMALLEST}, {k}"] = case, by_second["alone"]
+            todo[f"{name}, {SMALLEST}, {k}"] = case, by_tests["alone"]
     return todo
+
+
+def _evidence(one: Evidence, curves: Sequence[str]) -> Evidence:
+    """Return the evidence of some curves, with the suspects that `discover` tries for them."""
+    evidence = repeated(one, [[*CURVES].index(curve) for curve in curves], 1)
+    tried = EFFECTS if "unloading" in curves else SUSPECTS
+    suspects = {name: s for name, s in evidence.suspects.items() if name in tried}
+    return replace(evidence, suspects=suspects)
 
 
 def page(records: dict[str, dict[str, Any]], smallest: dict[str, float], draws: int) -> str:
     """Return the page, in Markdown."""
 
     def promised(name: str) -> list[str]:
+        if name not in smallest:
+            return ["", ""]
         if not np.isfinite(smallest[name]):
             return ["not found", ""]
         share = [records[f"{name}, {SMALLEST}, {k}"]["found"] for k in range(AT_SMALLEST)]
         return [_size(name, smallest[name]), f"{100 * np.mean(share):.0f} %"]
 
-    def cell(some: Sequence[str], second: str) -> str:
-        cases = [records[f"{name}, {second}, {k}"] for name in some for k in range(draws)]
+    def cell(some: Sequence[str], tests: str) -> str:
+        labels = [f"{name}, {tests}, {k}" for name in some for k in range(draws)]
+        cases = [records[label] for label in labels if label in records]
+        if not cases:
+            return ""
         sizes = [len(case["groups"][0]) for case in cases if named(case)]
         grouped = len(sizes) - sizes.count(1)
         return f"{sizes.count(1)}" + (f" ({grouped})" if grouped else "")
 
-    rows = [
-        [name, _size(name, EFFECTS[name].typical), *promised(name)]
-        + [cell([name], second) for second in SECOND]
-        for name in smallest
-    ]
+    def row(name: str) -> list[str]:
+        sizes = [_size(name, EFFECTS[name].typical), *promised(name)]
+        return [name, *sizes, *(cell([name], tests) for tests in TESTS)]
+
+    others = [n for n in EFFECTS if n not in smallest and f"{n}, unloaded, 0" in records]
     held = [
         low <= EFFECTS[name].typical <= high
         for case in records.values()
         if "found" not in case
         for name, (low, high) in case["intervals"].items()
     ]
-    total = [f"all {len(smallest) * draws}", "", "", "", *(cell([*smallest], s) for s in SECOND)]
+    total = ["all", "", "", "", *(cell([*smallest], tests) for tests in TESTS)]
     return "\n".join(
         [
             "# What tests can show",
@@ -123,11 +150,17 @@ def page(records: dict[str, dict[str, Any]], smallest: dict[str, float], draws: 
             "  effect is found.",
             f"- `alone` and the others: of {draws} data sets with an effect of typical size, the",
             "  number in which exactly this effect is named and, in brackets, the number in which",
-            "  it is named in a group of several, with the standard test alone or with a second",
-            "  test of the same stalks. Moduli of a stalk can imitate an effect in one test, but",
-            "  seldom in two.",
+            "  it is named in a group of several. The standard test is made alone, with a second",
+            "  test of the same stalks, or with its unloading. Moduli of a stalk can imitate an",
+            "  effect in one curve, but seldom in several that differ.",
             "",
-            table(["effect", "typical", "promised", "kept", *SECOND], [*rows, total]),
+            f"`all` is of {len(smallest) * draws} data sets. The effects below it are suspects",
+            "only where there is unloading.",
+            "",
+            table(
+                ["effect", "typical", "promised", "kept", *TESTS],
+                [*map(row, smallest), total, *map(row, others)],
+            ),
             f"Of {len(held)} intervals of 95 %, where it is known which effect is present, "
             f"{sum(held)} contain its amplitude ({100 * np.mean(held):.1f} %).",
         ]
@@ -144,11 +177,11 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=5, help="data sets of each effect and test")
     draws = parser.parse_args().draws
     test = override(published_test("table3"), ["numerics.mesh=screening"])
-    tests = [changed(test, [setting] if setting else []) for setting in SECOND.values()]
+    tests = [changed(test, settings) for settings in CURVES.values()]
     design = Design(STALKS, FIT_SD, OWN, drift=DRIFT)
     with workers() as pool:
-        one = visible(predicted_evidence(tests, SUSPECTS, FIT_SD, Runs(executor=pool)))
-        smallest = power(repeated(one, [0], STALKS), design).smallest
+        one = visible(predicted_evidence(tests, EFFECTS, FIT_SD, Runs(executor=pool)))
+        smallest = power(repeated(_evidence(one, ["loading"]), [0], STALKS), design).smallest
         todo, records = planned(one, smallest, draws), read_record("power")
         left = {label: both for label, both in todo.items() if label not in records}
         waiting = {label: pool.submit(judged, *both) for label, both in left.items()}
