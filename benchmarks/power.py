@@ -162,7 +162,9 @@ def page(records: dict[str, dict[str, Any]], smallest: dict[str, float], draws: 
                 [*map(row, smallest), total, *map(row, others)],
             ),
             f"Of {len(held)} intervals of 95 %, where it is known which effect is present, "
-            f"{sum(held)} contain its amplitude ({100 * np.mean(held):.1f} %).",
+            f"{sum(held)} contain its amplitude ({100 * np.mean(held):.1f} %). Data sets of one "
+            "row that have the same number in different columns have the same random moduli, so "
+            "these intervals are not independent.",
         ]
     )
 
