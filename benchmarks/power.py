@@ -60,20 +60,21 @@ SMALLEST = "smallest"
 AT_SMALLEST = 40
 """Number of data sets with each effect at the smallest amplitude that is promised to be found."""
 
+KEPT = ("hidden", "verdict", "groups", "intervals")
+"""What the record keeps of a case with an effect of typical size."""
+
 SEED = 200000
 
 
-def found(case: Case, one: Evidence) -> bool:
-    """Return whether some effect is found in random data."""
-    evidence = draw(case, one)
-    scatter = fit_scatter(evidence)
-    p = p_value_of_effect(evidence, scatter, np.random.default_rng(case.seed))
-    return p < SIGNIFICANCE
-
-
 def judged(case: Case, one: Evidence) -> dict[str, Any]:
-    """Return the verdict on random data, or only whether there is an effect."""
-    return {"found": found(case, one)} if case.kind == SMALLEST else run(case, one)
+    """Return what is said of random data, or only whether an effect is found in them."""
+    if case.kind != SMALLEST:
+        all_of_it = run(case, one)
+        return {key: all_of_it[key] for key in KEPT}
+    evidence = draw(case, one)
+    rng = np.random.default_rng(case.seed)
+    p = p_value_of_effect(evidence, fit_scatter(evidence), rng)
+    return {"found": p < SIGNIFICANCE}
 
 
 def planned(
