@@ -34,7 +34,7 @@ from ramiefenics.published import published_test
 from ramiefenics.runs import Runs, workers
 from ramiefenics.specification import override
 
-STALKS, FIT_SD, OWN, DRIFT = 8, 0.1, 0.05, 0.003
+STALKS, FIT_SD, OWN, DRIFT, NOISE_LENGTH = 8, 0.1, 0.05, 0.003, 0.04
 SHORT = "fixture.span_mm=70"
 VISIBLE = 0.002
 """Smallest change by an effect of typical size, relative to the peak, for the effect to be used.
@@ -56,7 +56,7 @@ def draw(case: Case, one: Evidence) -> Evidence:
     """Return random data for a case."""
     rng = np.random.default_rng([case.seed, len(case.kind)])
     evidence = repeated(one, list(range(case.tests)), STALKS)
-    scatter = Scatter((OWN,) * evidence.by_own.shape[1], case.noise, 0.04, DRIFT)
+    scatter = Scatter((OWN,) * evidence.by_own.shape[1], case.noise, NOISE_LENGTH, DRIFT)
     residual = evidence.blocks.curves(evidence.draw(scatter, 1, rng))[:, 0]
     for name, size in case.hidden.items():
         suspect = evidence.suspects[name]

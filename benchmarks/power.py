@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from cases import Case, named
-from discovery_statistics import DRIFT, FIT_SD, OWN, STALKS, draw, run, visible
+from discovery_statistics import DRIFT, FIT_SD, NOISE_LENGTH, OWN, STALKS, draw, run, visible
 from record import DOCS, read_record, table, write_record
 
 from ramiefenics.discovery.bootstrap import p_value_of_effect
@@ -181,7 +181,7 @@ def main() -> None:
     draws = parser.parse_args().draws
     test = override(published_test("table3"), ["numerics.mesh=screening"])
     tests = [changed(test, settings) for settings in CURVES.values()]
-    design = Design(STALKS, FIT_SD, OWN, drift=DRIFT)
+    design = Design(STALKS, FIT_SD, OWN, drift=DRIFT, noise_length=NOISE_LENGTH)
     with workers() as pool:
         one = visible(predicted_evidence(tests, EFFECTS, FIT_SD, Runs(executor=pool)))
         smallest = power(repeated(_evidence(one, ["loading"]), [0], STALKS), design).smallest

@@ -110,11 +110,11 @@ def test_bad_plans_are_refused(options: list[str], told: str, tmp_path: Path) ->
 @pytest.mark.parametrize("name", ["seating_gap", "machine_compliance", "span_error"])
 def test_the_promised_power_is_kept(name: str) -> None:
     """An effect to be found in 95 % of data sets is found in at least 33 of 40 (binomial)."""
-    design = Design(stalks=8, fit_sd=0.1)
+    design = Design(stalks=8, fit_sd=0.1, noise_length=0.04)
     one = predicted_evidence([rf.published_test("table3")], EFFECTS, design.fit_sd, Formula())
     evidence = repeated(one, [0], design.stalks)
     amplitude = power(evidence, design).smallest[name]
-    true = Scatter((design.own,) * 4, design.noise, Scatter.typical(1).length, design.drift)
+    true = Scatter((design.own,) * 4, design.noise, design.noise_length, design.drift)
     found = 0
     for seed in range(40):
         rng = np.random.default_rng(seed)

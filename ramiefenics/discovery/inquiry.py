@@ -208,6 +208,7 @@ class _Inquiry:
             float(np.mean(scatter.own)),
             scatter.noise,
             scatter.drift,
+            scatter.length,
         )
         test = on_mesh(self._dataset.baseline, self._dataset.records[0].test.numerics.mesh)
         protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)

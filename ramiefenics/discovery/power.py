@@ -16,7 +16,7 @@ from ramiefenics.discovery.factors import factors
 from ramiefenics.discovery.fitting import linear_evidence
 from ramiefenics.discovery.linearised import Model
 from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.scatter import Scatter
+from ramiefenics.discovery.scatter import LENGTH, Scatter
 from ramiefenics.discovery.verdict import ENOUGH, SIGNIFICANCE
 from ramiefenics.discovery.whitened import Reduced
 from ramiefenics.effects import Effect
@@ -55,6 +55,9 @@ class Design:
         Standard deviation of the curves' noise, relative to the peak force.
     drift
         Standard deviation of the curves' smooth errors, relative to the peak force.
+    noise_length
+        Correlation length of the noise, as a share of the range. The shorter it is, the harder it
+        is to find effects that change a curve within a short part of it.
     """
 
     stalks: int = 8
@@ -62,11 +65,12 @@ class Design:
     own: float = 0.05
     noise: float = 0.01
     drift: float = 0.004
+    noise_length: float = LENGTH[0]
 
     def __post_init__(self) -> None:
         """Check the ranges."""
         check_integer(self, "stalks", at_least=2)
-        for name in ("fit_sd", "own", "noise"):
+        for name in ("fit_sd", "own", "noise", "noise_length"):
             check_number(self, name, above=0.0)
         check_number(self, "drift", at_least=0.0)
 
@@ -160,7 +164,8 @@ class Power:
 def power(evidence: Evidence, design: Design) -> Power:
     """Return what the evidence can show of its suspects, given the scatter of stalks and curves."""
     number = evidence.by_own.shape[1]
-    scatter = Scatter((design.own,) * number, design.noise, Scatter.typical(1).length, design.drift)
+    own = (design.own,) * number
+    scatter = Scatter(own, design.noise, design.noise_length, design.drift)
     gram = evidence.whiten(scatter).reduce().gram
     typical = [s.effect.typical for s in evidence.suspects.values()] / evidence.scale
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
