@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.blocks import smooth
+from ramiefenics.discovery.blocks import Array, smooth
 from ramiefenics.discovery.both_ways import Predicting
 from ramiefenics.discovery.broken import find_broken
 from ramiefenics.discovery.causes import Causes, find_causes
@@ -229,8 +229,9 @@ class Fitter:
     ) -> Linearised:
         """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
-        Where the factors are to turn back, they go half as far as before, because whole steps may
-        oscillate; otherwise twice as far, up to all the way.
+        A specimen whose factors are to turn back goes half as far as before, as whole steps may
+        oscillate; otherwise twice as far, up to all the way. Amplitudes go as far as specimens do
+        on average.
 
         Specimens and amplitudes that are near enough stay where they have been simulated, so that
         one specimen that moves does not make all others be simulated again.
@@ -241,26 +242,32 @@ class Fitter:
         if near[fit.evidence.whole].all():
             near[:] = True
         step[near] = 0.0
-        share = 1.0
-        if model.step is not None and model.effects.keys() == added.keys():
-            back = (step * model.step).sum() < 0.0
-            share = model.share / 2.0 if back else min(2.0 * model.share, 1.0)
+        share: Array = np.ones(len(here))
+        if (
+            model.step is not None
+            and model.share is not None
+            and model.effects.keys() == added.keys()
+        ):
+            back = (step * model.step).sum(axis=1) < 0.0
+            share = np.where(back, model.share / 2.0, np.minimum(2.0 * model.share, 1.0))
         while True:
+            mean = float(share.mean())
             effects = {}
             for name, (effect, amplitude) in added.items():
                 start, most = model.amplitude(name), abs(effect.typical)
                 change = float(np.clip(amplitude - start, -most, most))
                 if name in model.effects and abs(change) <= STEADY_ERRORS * fit.sd(name):
                     change = 0.0
-                effects[name] = (effect, start + share * change)
-            wanted = Model(model.factors, here + share * step, effects, share * step, share)
+                effects[name] = (effect, start + mean * change)
+            moved = share[:, None] * step
+            wanted = Model(model.factors, here + moved, effects, moved, share)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
-            log.info("moving %.3g of the way, to the effects %s", share, amounts)
+            log.info("moving %.3g of the way, to the effects %s", mean, amounts)
             try:
                 return self._predictor.linearise(wanted, suspects, self._smooth, roughly=True)
             except SpecificationError:
                 share /= 2.0
-                if share < SHORTEST:
+                if mean < 2.0 * SHORTEST:
                     raise
 
 
