@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -226,14 +225,18 @@ def test_many_stalks_tell_more_than_few(tmp_path: Path, seed: int) -> None:
 
 
 class Rough(Formula):
-    """The formula, with errors that differ between simulations: three cosines of 0.2 % each."""
+    """The formula, with errors that differ between simulations.
+
+    Three cosines of 0.08 % each add up to a standard deviation of 0.1 %, that of learned curves.
+    """
 
     def _curve(self, task: CurveTask) -> pd.DataFrame:
         curve = super()._curve(task)
         share = curve["displacement_mm"].to_numpy() / 14.0
-        rng = np.random.default_rng(zlib.crc32(curve["force_N"].to_numpy().tobytes()))
+        # without the last digits, which differ between machines
+        rng = np.random.default_rng(round(1e4 * float(curve["force_N"].max())))
         waves = np.cos(np.pi * np.arange(1, 4)[:, None] * share)
-        curve["force_N"] *= 1.0 + 0.002 * (rng.normal(size=3) @ waves)
+        curve["force_N"] *= 1.0 + 0.0008 * (rng.normal(size=3) @ waves)
         return curve
 
 
