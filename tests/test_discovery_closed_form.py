@@ -225,10 +225,10 @@ def test_many_stalks_tell_more_than_few(tmp_path: Path, seed: int) -> None:
 
 
 class Rough(Formula):
-    """The formula, with errors that differ between simulations.
+    """The formula, with errors that differ between simulations: three cosines of a given size."""
 
-    Three cosines of 0.08 % each add up to a standard deviation of 0.1 %, that of learned curves.
-    """
+    def __init__(self, size: float) -> None:
+        self._size = size
 
     def _curve(self, task: CurveTask) -> pd.DataFrame:
         curve = super()._curve(task)
@@ -236,17 +236,26 @@ class Rough(Formula):
         # without the last digits, which differ between machines
         rng = np.random.default_rng(round(1e4 * float(curve["force_N"].max())))
         waves = np.cos(np.pi * np.arange(1, 4)[:, None] * share)
-        curve["force_N"] *= 1.0 + 0.0008 * (rng.normal(size=3) @ waves)
+        curve["force_N"] *= 1.0 + self._size * (rng.normal(size=3) @ waves)
         return curve
 
 
 @pytest.mark.slow
-def test_errors_of_many_simulations_are_no_second_cause(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "size",
+    [
+        0.0008,  # together the standard deviation that learned curves may have, 0.1 %
+        pytest.param(
+            0.002, marks=pytest.mark.xfail(reason="larger errors are taken for a second cause")
+        ),
+    ],
+)
+def test_errors_of_many_simulations_are_no_second_cause(tmp_path: Path, size: float) -> None:
     """Over eighty stalks they add up to more than a second effect has to gain."""
     make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7501, Formula(), specimens=80)
     others = ("load_scale", "load_offset", "displacement_scale")
     suspects = {COMPLIANCE.name: COMPLIANCE, **{name: rf.EFFECTS[name] for name in others}}
-    found = rf.discover(tmp_path, suspects, runs=Rough())
+    found = rf.discover(tmp_path, suspects, runs=Rough(size))
     assert found.groups == ((COMPLIANCE.name,),)
 
 

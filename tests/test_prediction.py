@@ -281,53 +281,6 @@ def test_factors_that_turn_back_go_half_as_far(
     assert second == pytest.approx([0.6, 1.1, 1.3, 1.3, 1.3])  # half a unit at most
 
 
-class Damaged(Springs):
-    """Springs that lose more of their force by damage the stiffer they are."""
-
-    simulated = 0
-    steepness = 0.0
-
-    def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
-        self.simulated += sum(large_strain(task.test).fibre_damage > 0.0 for task in tasks)
-        found = super().map(tasks)
-        for task, done in zip(tasks, found, strict=True):
-            damage = large_strain(task.test).fibre_damage
-            stiffer = np.log(axial_modulus_MPa(task.test) / self._modulus_MPa)
-            force = done.result().drop(columns="displacement_mm")
-            left = 1.0 - damage * (0.1 + self.steepness * stiffer**2)
-            done.result()[force.columns] = left * force
-        return found
-
-
-def large_strain(test: rf.BendingTest) -> rf.LargeStrain:
-    return test.stalk.layers[0].material.large_strain
-
-
-@pytest.mark.parametrize(("steepness", "simulated"), [(0.01, 2), (2.0, 6)])
-def test_curves_that_cannot_be_carried_over_are_simulated(
-    screening: rf.BendingTest, steepness: float, simulated: int
-) -> None:
-    """What damage changes is carried over from a typical stalk, and checked at the least alike.
-
-    Its change by 0.3 units of stiffness, squared, is 0.04 % of the force, or 9 %.
-    """
-    tests = [screening] * 4
-    meshes = {screening.numerics.mesh: STIFFNESS_N_PER_MM}
-    springs = Damaged(meshes, axial_modulus_MPa(screening))
-    springs.steepness = steepness
-    at = np.tile(AT_MM, (4, 1))
-    data = Observed(at, at, at.max(axis=1), Blocks.of(["A", "B", "C", "D"], len(AT_MM)))
-    predictor = Predictor(tests, data, springs)
-    own = np.array([[0.0], [0.1], [-0.1], [0.28]])
-    damage = rf.EFFECTS["fibre_damage"]
-    model = Model(factors(screening, ["xylem.axial"]), own, {damage.name: (damage, 0.5)})
-    found, _, _ = predictor._raw((model, model.typical), False, [], [])
-    assert springs.simulated == simulated
-    true = springs.map([predictor.task(test) for test in predictor.tests(model)])
-    for curve, done in zip(found, true, strict=True):
-        assert np.allclose(curve["force_N"], done.result()["force_N"], rtol=0.003, atol=1e-9)
-
-
 def test_effects_that_have_no_meaning_are_refused_by_name(
     screening: rf.BendingTest, springs: Springs
 ) -> None:

@@ -58,15 +58,12 @@ class Represented:
         Their indices.
     sizes
         Changes relative to that of the representative, shape (n,).
-    distances
-        Largest difference of a coordinate from the changed representative, shape (n,).
     before, after
         What leads from the representative to these stalks before and after the change.
     """
 
     stalks: tuple[int, ...]
     sizes: Array
-    distances: Array
     before: Nearby
     after: Nearby
 
@@ -81,8 +78,7 @@ class Represented:
             at = np.array([places[i][part].at for i in stalks])
             apart = at - places[first][part].at - excess
             nearby.append(Nearby.of(places[first][part].paths, apart, np.abs(at).max(axis=0)))
-        distances = np.abs(at - places[first][1].at).max(axis=1)
-        return cls(tuple(stalks), sizes, distances, *nearby)
+        return cls(tuple(stalks), sizes, *nearby)
 
     def ratios(self, before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
         """Return displacements, mm, and the ratios of the forces of all stalks there, (n, m).
@@ -140,16 +136,6 @@ class Carried:
             i = int(moved[first])
             represented[i] = Represented.of(i, stalks, standing.size[own], places)
         return cls(scaling, represented)
-
-    def carried_over(self, stalks: int) -> list[int]:
-        """Return which of the first stalks another one stands for, the most different first."""
-        distances = {
-            i: float(distance)
-            for first, represented in self.represented.items()
-            for i, distance in zip(represented.stalks, represented.distances, strict=True)
-            if i != first and i < stalks
-        }
-        return sorted(distances, key=lambda i: -distances[i])
 
     def changed(
         self, curves: Sequence[pd.DataFrame], simulated: Mapping[int, tuple[pd.DataFrame, ...]]

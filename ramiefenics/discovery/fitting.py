@@ -243,11 +243,7 @@ class Fitter:
             near[:] = True
         step[near] = 0.0
         share: Array = np.ones(len(here))
-        if (
-            model.step is not None
-            and model.share is not None
-            and model.effects.keys() == added.keys()
-        ):
+        if model.step is not None and model.effects.keys() == added.keys():
             back = (step * model.step).sum(axis=1) < 0.0
             share = np.where(back, model.share / 2.0, np.minimum(2.0 * model.share, 1.0))
         while True:

@@ -32,14 +32,15 @@ class Model:
         Effects added to the baseline, with their amplitudes, by name.
     step, share
         Change of the log factors that led here from the point before, shape (n, k), and which share
-        of the wanted change it was for each specimen, shape (n,); None if there was no such point.
+        of the wanted change it was for each specimen, shape (n,); no step if there was no
+        such point.
     """
 
     factors: tuple[Factor, ...]
     log_factors: Array
     effects: Mapping[str, tuple[Effect, float]] = dataclasses.field(default_factory=dict)
     step: Array | None = None
-    share: Array | None = None
+    share: Array | float = 1.0
 
     def test(self, test: BendingTest, log_factors: Array) -> BendingTest:
         """Return a specification with factors, and with the effects of the model, applied."""

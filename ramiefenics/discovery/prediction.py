@@ -15,16 +15,11 @@ from ramiefenics.discovery.linearised import Linearised, Model
 from ramiefenics.discovery.mesh_changes import MeshChanges
 from ramiefenics.discovery.observed import Observed, read
 from ramiefenics.discovery.signatures import Signatures
-from ramiefenics.discovery.standing import change_of
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate import LearnedCurves
-
-TRANSFER_ERROR = 0.005
-"""Error of a curve that was carried over from a representative stalk, relative to its peak, above
-which no curve is carried over."""
 
 TOE = 0.2
 """Share of the travel that the toe of a simulated curve may take up where measured toes are cut
@@ -61,7 +56,6 @@ class Predictor:
         self._at = observed.at_mm
         self.runs = runs
         self.mesh_changes = MeshChanges(tests, observed.at_mm, self.task, runs)
-        self._carried_well: dict[frozenset[str], bool] = {}
 
     def rephrased(self, tests: Sequence[BendingTest], runs: Mapper | None = None) -> Predictor:
         """Return a predictor for other specifications that a finer mesh changes in the same way.
@@ -171,42 +165,7 @@ class Predictor:
         curves = [answers[task].result().filter(names) for task in tasks]
         pairs = {i: tuple(answers[task].result() for task in pair) for i, pair in first.items()}
         raw, number = carried.changed(curves, pairs), len(tests[0])
-        own = self._checked(models[0], tests[0], carried, raw[:number])
-        return own, raw[-number:] if len(tests) > 1 else own, answers
-
-    def _checked(
-        self,
-        model: Model,
-        tests: Sequence[BendingTest],
-        carried: Carried,
-        curves: Sequence[pd.DataFrame],
-    ) -> list[pd.DataFrame]:
-        """Return curves that were carried over, or those simulated if the error is too large.
-
-        Whether it is, is found once for each set of effects, at the stalk that is least like its
-        representative.
-        """
-        found, over = list(curves), carried.carried_over(len(tests))
-        effects = frozenset(model.effects)
-        if not over or self._carried_well.get(effects, False):
-            return found
-        if effects not in self._carried_well:
-            (first,) = self.runs.map([self.task(tests[over[0]])])
-            error = 0.0 if first.error else _error(curves[over[0]], first.result())
-            self._carried_well[effects] = error <= TRANSFER_ERROR
-            return self._checked(model, tests, carried, curves)
-        tasks = [self.carrying(tests[i], model.factors) for i in over]
-        answers = self._answers([], tasks)
-        for i, task in zip(over, tasks, strict=True):
-            simulated = answers[task].result()
-            if all(factor.name in simulated for factor in model.factors):
-                found[i] = simulated.filter([*found[i]])
-                continue
-            at, share = change_of(found[i], simulated)
-            whole = found[i].drop(columns="displacement_mm")
-            ratio = 1.0 + np.interp(found[i]["displacement_mm"], at, share)
-            found[i] = found[i].assign(**whole.mul(ratio, axis=0))
-        return found
+        return raw[:number], raw[-number:], answers
 
     def _answers(
         self, tasks: Sequence[CurveTask], carrying: Sequence[CurveTask]
@@ -328,10 +287,3 @@ class Predictor:
         straight = self._observed.straight_mm or [None] * len(self._at)
         each = zip(tests, curves, self._at, straight, strict=False)
         return np.array([read(*one) for one in each])
-
-
-def _error(curve: pd.DataFrame, true: pd.DataFrame) -> float:
-    """Return the root mean square error of a curve, relative to its peak."""
-    at, share = change_of(curve, true)
-    error = share * np.interp(at, curve["displacement_mm"], curve["force_N"])
-    return float(np.sqrt(np.mean(error**2)) / curve["force_N"].max())
