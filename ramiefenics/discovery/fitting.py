@@ -195,13 +195,17 @@ class Fitter:
     def move(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Linearised:
         """Simulate near where a set of effects fits, and find the signatures there.
 
+        Errors of what few simulations predict are those found where all curves were simulated last.
+
         Raises
         ------
         SpecificationError
             If that is not possible, even for smaller amplitudes.
         """
         added = {n: (effect, fitted.fit.amplitudes[n]) for n, effect in effects.items()}
-        return self._move(fitted.curves.model, fitted.fit, added, effects)
+        moved = self._move(fitted.curves.model, fitted.fit, added, effects)
+        known = fitted.curves.correction
+        return dataclasses.replace(moved, force=moved.force + known, correction=known)
 
     def without(self, fitted: Fitted, broken: frozenset[int]) -> Fitted:
         """Return a fit repeated without effects, with certain specimens taken for broken."""
@@ -209,7 +213,10 @@ class Fitter:
 
     def confirm(self, curves: Linearised, tolerance: float) -> Linearised:
         """Return the same curves with all forces simulated, see `Predictor.confirm`."""
-        return self._predictor.confirm(curves, tolerance)
+        exact = self._predictor.confirm(curves, tolerance)
+        # again, as more curves have been simulated since the first time
+        few = self._predictor.linearise(curves.model, {}, self._smooth, roughly=True)
+        return dataclasses.replace(exact, correction=exact.force - few.force)
 
     def confirmed(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
         """Fit again at the same parameters, with every curve simulated."""

@@ -99,6 +99,9 @@ class Linearised:
         each.
     refused
         Reasons why effects have no derivative, by name.
+    correction
+        The part of the forces that is known from simulations of every curve near by, in addition to
+        what few simulations predict, shape (r, m).
     """
 
     model: Model
@@ -109,6 +112,7 @@ class Linearised:
     by_mesh: Array
     by_effects: Mapping[str, Array]
     refused: Mapping[str, str]
+    correction: Array | float = 0.0
 
     def at(self, log_factors: Array, specimen: Integers) -> Linearised:
         """Return the curves linearised near other log factors, without further simulations.
