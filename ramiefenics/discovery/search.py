@@ -170,6 +170,7 @@ class Search:
         """Fit the best sets further, with every curve simulated, until they are steady.
 
         Sets that contain the best one and more are left out: what they add explains too little.
+        Where the best one is the set without effects, only those that are much worse are left out.
         """
         while True:
             best = self.sets.best
@@ -179,7 +180,7 @@ class Search:
                 for one in self.sets.values()
                 if not one.finished
                 and (not one.names or one.score > best.score - close)
-                and not set(one.names) > set(best.names)
+                and not (best.names and set(one.names) > set(best.names))
             ]
             if not left:
                 return

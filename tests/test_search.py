@@ -1,0 +1,43 @@
+"""Which sets of effects are fitted to the end."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import pytest
+
+from ramiefenics.discovery.fitted_sets import Names, Reached
+from ramiefenics.discovery.search import Search
+
+
+def reached(names: Names, score: float, finished: bool = False) -> Reached:
+    fit = SimpleNamespace(chosen=names, amplitudes={})
+    return Reached(SimpleNamespace(fit=fit), score, finished)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("best", "finished"),
+    [
+        ((), {("gap",)}),
+        (("friction",), {("gap",), ("gap", "taper")}),
+    ],
+)
+def test_sets_close_to_the_best_are_fitted_to_the_end(
+    monkeypatch: pytest.MonkeyPatch, best: Names, finished: set[Names]
+) -> None:
+    """Unless they add to an effect, which the best set contains, and explain no more than it."""
+    fitter = SimpleNamespace(without_simulations=lambda effects: [])
+    search = Search(fitter, None, {})  # type: ignore[arg-type]
+    scores = {(): 12.0, ("gap",): 19.5, ("gap", "taper"): 15.0, ("friction", "taper"): 19.0}
+    if not best:
+        del scores["friction", "taper"]
+    search.sets.update({n: reached(n, score, not n) for n, score in scores.items()})
+    search.sets[best] = reached(best, 20.0, True)
+    said = []
+
+    def finish(one: Reached) -> Reached:
+        said.append(one.names)
+        return dataclasses.replace(one, finished=True)
+
+    monkeypatch.setattr(search, "_finished", finish)
+    search._finish()
+    assert set(said) == finished
