@@ -9,6 +9,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.findings import findings
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
+from ramiefenics.discovery.places import places
 from ramiefenics.discovery.verdict import INDIFFERENT, decide
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
@@ -174,3 +175,22 @@ def test_the_unknown_says_what_came_nearest():
 )
 def test_verdicts(shown, misfit, conflict, groups, alone, expected):
     assert decide(shown, misfit, conflict, groups, alone) == expected
+
+
+@pytest.mark.parametrize("tried", [False, True])
+def test_a_learned_function_leads_to_effects_that_were_not_tried(tried):
+    errors = np.ones((3, 5))
+    gain = Gain(errors, 0.7 * errors, 2.0 * errors, BETTER)
+    place = places([rf.ramie(14.4, 7.4, 0.67)], 100.0, 14.0)["fibre"]
+    anatomy = SimpleNamespace(
+        place=place,
+        probability={"fibre": 1.0},
+        supported=True,
+        misfit_p_value=0.5,
+        gain=gain,
+        shape_gain=gain,
+    )
+    effects = rf.EFFECTS if tried else rf.SUSPECTS
+    said = findings(found("unknown", anatomy=anatomy, effects=effects))[0]
+    hint = "It may stand for fibre yield or irreversible damage"
+    assert (hint in said) is not tried

@@ -95,8 +95,18 @@ def _anatomy(found: Discovery) -> str:
         rest = f" Its residual is more than noise (p = {anatomy.misfit_p_value:.2g})."
     return (
         f" Of the free functions inside the model, {anatomy.place.sentence} explains it best "
-        f"({tried}); {_predictions(anatomy.gain, anatomy.shape_gain)}{rest}"
+        f"({tried}); {_predictions(anatomy.gain, anatomy.shape_gain)}{rest}{_similar(found)}"
     )
+
+
+def _similar(found: Discovery) -> str:
+    """Return which effects should be tried next where a function has been learned."""
+    assert found.anatomy is not None
+    names = [name for name in found.anatomy.place.similar if name not in found.effects]
+    if not names:
+        return ""
+    listed = " or ".join(map(_words, names))
+    return f" It may stand for {listed}, which are tried only if asked for by --suspect."
 
 
 def _alone(found: Discovery, p: str) -> str:

@@ -71,6 +71,9 @@ class Place:
         Returns an equivalent specification in which each coefficient is a number.
     function
         Returns the whole function of a specification, including the baseline's own, at some points.
+    similar
+        Names of effects that a test of one loading may take for this function, but that are not
+        tried by default.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Place:
     root: Array
     prepared: Callable[[BendingTest], BendingTest]
     function: Callable[[BendingTest, Array], Array]
+    similar: tuple[str, ...] = ()
 
     def apply(self, test: BendingTest, coefficients: Array) -> BendingTest:
         """Return the specification with given coefficients, shape (c,)."""
@@ -195,6 +199,7 @@ def _fibre() -> Place:
         np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # tension and compression apart
         _free,
         partial(_confined_stress, axis=2),
+        ("fibre_yield", "irreversible_damage"),
     )
 
 
@@ -210,6 +215,7 @@ def _section() -> Place:
         _from_zero(TANGENT_SIZE, len(LOSSES)),
         _free,
         lambda test, at: _confined_stress(test, np.expm1(at), axis=1),
+        ("crushing",),
     )
 
 
