@@ -27,6 +27,7 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
     """Unless they add to an effect, which the best set contains, and explain no more than it."""
     fitter = SimpleNamespace(without_simulations=lambda effects: [])
     search = Search(fitter, None, {})  # type: ignore[arg-type]
+    search._promises.demand(("gap",))
     scores = {(): 12.0, ("gap",): 19.5, ("gap", "taper"): 15.0, ("friction", "taper"): 19.0}
     if not best:
         del scores["friction", "taper"]
@@ -41,3 +42,25 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
     monkeypatch.setattr(search, "_finished", finish)
     search._finish()
     assert set(said) == finished
+
+
+@pytest.mark.parametrize(
+    ("probability", "refused", "expected"),
+    [(0.4, {}, ("gap",)), (0.04, {}, None), (0.4, {("gap",): "jumps"}, None)],
+)
+def test_a_probable_set_is_fitted_before_it_enters_the_result(
+    monkeypatch: pytest.MonkeyPatch,
+    probability: float,
+    refused: dict[Names, str],
+    expected: Names | None,
+) -> None:
+    """The derivatives had not promised enough of it where other sets fit."""
+    fitter = SimpleNamespace(without_simulations=lambda effects: [])
+    search = Search(fitter, None, {})  # type: ignore[arg-type]
+    search._promises.demand(("friction",))
+    search.sets.update({n: reached(n, 20.0, True) for n in ((), ("friction",))})
+    search.refused = refused
+    posterior = SimpleNamespace(probable=lambda: {("friction",): 0.5, ("gap",): probability})
+    monkeypatch.setattr(search, "_compared", lambda best: posterior)
+    monkeypatch.setattr(search, "_with_own", lambda found: found)
+    assert search._probable() == expected

@@ -44,6 +44,9 @@ until its fit is final."""
 MOST_SETS = 12
 """Maximum number of sets that are fitted."""
 
+PROBABLE = 0.05
+"""Probability above which a set is fitted before it enters the result."""
+
 CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
 """Log-probability by which a set may be worse than the best one where it is first simulated and
 still be fitted further, and in the end have every curve simulated. The second value applies in the
@@ -100,13 +103,15 @@ class Search:
         for _ in range(MOST_SETS):
             names = self._promises.best(self.refused)
             if names is None:
+                self._finish()
+                names = self._probable()
+            if names is None:
                 break
             self._fit_set(names)
             self._confirm_best()
             if names in self.sets:
                 self._propose(self.sets[names])
-        if self._promises:
-            self._finish()
+        self._finish()
         fit = self.sets.best.fitted.fit
         self._broken = find_broken(fit.evidence, fit.chosen).broken
         for names, one in sorted(self.sets.items(), key=lambda item: len(item[0])):
@@ -114,6 +119,15 @@ class Search:
             judged = dataclasses.replace(judged, finished=one.finished)
             self.sets[names] = self.sets.bounded(judged)
         return self.sets.best.fitted, self._with_own(self._compared(self.sets.best))
+
+    def _probable(self) -> Names | None:
+        """Return the most probable set that was not fitted; None if none is probable."""
+        if not self._promises:
+            return None
+        probable = self._with_own(self._compared(self.sets.best)).probable()
+        known = {*self.sets, *self.refused}
+        left = {n: p for n, p in probable.items() if n not in known and p > PROBABLE}
+        return max(left, key=left.__getitem__, default=None)
 
     def _propose(self, start: Reached) -> None:
         self._promises.propose(start, self._compared(start))
@@ -172,7 +186,7 @@ class Search:
         Sets that contain the best one and more are left out: what they add explains too little.
         Where the best one is the set without effects, only those that are much worse are left out.
         """
-        while True:
+        while self._promises:
             best = self.sets.best
             close = CLOSE if best.names else CLOSE_TO_NOTHING
             left = [
