@@ -242,17 +242,17 @@ class Rough(Formula):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "size",
+    ("size", "seed"),
     [
-        0.0008,  # together the standard deviation that learned curves may have, 0.1 %
+        (0.0008, 7501),  # together the standard deviation that learned curves may have, 0.1 %
         pytest.param(
-            0.002, marks=pytest.mark.xfail(reason="larger errors are taken for a second cause")
+            0.002, 7503, marks=pytest.mark.xfail(reason="larger errors are taken for another cause")
         ),
     ],
 )
-def test_errors_of_many_simulations_are_no_second_cause(tmp_path: Path, size: float) -> None:
+def test_errors_of_many_simulations_are_no_cause(tmp_path: Path, size: float, seed: int) -> None:
     """Over eighty stalks they add up to more than a second effect has to gain."""
-    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), 7501, Formula(), specimens=80)
+    make_dataset(tmp_path, Secret(COMPLIANCE, COMPLIANCE.typical), seed, Formula(), specimens=80)
     others = ("load_scale", "load_offset", "displacement_scale")
     suspects = {COMPLIANCE.name: COMPLIANCE, **{name: rf.EFFECTS[name] for name in others}}
     found = rf.discover(tmp_path, suspects, runs=Rough(size))

@@ -27,7 +27,6 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
     """Unless they add to an effect, which the best set contains, and explain no more than it."""
     fitter = SimpleNamespace(without_simulations=lambda effects: [])
     search = Search(fitter, None, {})  # type: ignore[arg-type]
-    search._promises.demand(("gap",))
     scores = {(): 12.0, ("gap",): 19.5, ("gap", "taper"): 15.0, ("friction", "taper"): 19.0}
     if not best:
         del scores["friction", "taper"]
@@ -57,7 +56,6 @@ def test_a_probable_set_is_fitted_before_it_enters_the_result(
     """The derivatives had not promised enough of it where other sets fit."""
     fitter = SimpleNamespace(without_simulations=lambda effects: [])
     search = Search(fitter, None, {})  # type: ignore[arg-type]
-    search._promises.demand(("friction",))
     search.sets.update({n: reached(n, 20.0, True) for n in ((), ("friction",))})
     search.refused = refused
     posterior = SimpleNamespace(probable=lambda: {("friction",): 0.5, ("gap",): probability})

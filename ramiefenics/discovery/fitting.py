@@ -212,7 +212,10 @@ class Fitter:
         return dataclasses.replace(fitted, fit=self.fit(fitted.curves, {}, (), broken))
 
     def confirm(self, curves: Linearised, tolerance: float) -> Linearised:
-        """Return the same curves with all forces simulated, see `Predictor.confirm`."""
+        """Return the same curves with all forces simulated, and what that shows for the next move.
+
+        See `Predictor.confirm`.
+        """
         exact = self._predictor.confirm(curves, tolerance)
         # again, as more curves have been simulated since the first time
         few = self._predictor.linearise(curves.model, {}, self._smooth, roughly=True)

@@ -199,7 +199,7 @@ def _fibre() -> Place:
         np.kron(np.eye(2), _from_zero(TANGENT_SIZE, len(STRAINS))),  # tension and compression apart
         _free,
         partial(_confined_stress, axis=2),
-        ("fibre_yield", "irreversible_damage"),
+        similar=("fibre_yield", "irreversible_damage"),
     )
 
 
@@ -215,7 +215,7 @@ def _section() -> Place:
         _from_zero(TANGENT_SIZE, len(LOSSES)),
         _free,
         lambda test, at: _confined_stress(test, np.expm1(at), axis=1),
-        ("crushing",),
+        similar=("crushing",),
     )
 
 

@@ -98,20 +98,7 @@ class Search:
         if certain := causes.certain():
             self._promises.demand(certain)
         if self._promises:
-            self._fit_set(())  # linearised as close to its fit as they will be to theirs
-            self._confirm_best()
-        for _ in range(MOST_SETS):
-            names = self._promises.best(self.refused)
-            if names is None:
-                self._finish()
-                names = self._probable()
-            if names is None:
-                break
-            self._fit_set(names)
-            self._confirm_best()
-            if names in self.sets:
-                self._propose(self.sets[names])
-        self._finish()
+            self._fit_promising()
         fit = self.sets.best.fitted.fit
         self._broken = find_broken(fit.evidence, fit.chosen).broken
         for names, one in sorted(self.sets.items(), key=lambda item: len(item[0])):
@@ -120,10 +107,25 @@ class Search:
             self.sets[names] = self.sets.bounded(judged)
         return self.sets.best.fitted, self._with_own(self._compared(self.sets.best))
 
+    def _fit_promising(self) -> None:
+        """Fit the sets of which enough is promised, and those that are probable in the end."""
+        self._fit_set(())  # linearised as close to its fit as they will be to theirs
+        self._confirm_best()
+        for _ in range(MOST_SETS):
+            names = self._promises.best(self.refused)
+            if names is None:
+                self._finish()
+                names = self._probable()
+            if names is None:
+                return
+            self._fit_set(names)
+            self._confirm_best()
+            if names in self.sets:
+                self._propose(self.sets[names])
+        self._finish()
+
     def _probable(self) -> Names | None:
         """Return the most probable set that was not fitted; None if none is probable."""
-        if not self._promises:
-            return None
         probable = self._with_own(self._compared(self.sets.best)).probable()
         known = {*self.sets, *self.refused}
         left = {n: p for n, p in probable.items() if n not in known and p > PROBABLE}
@@ -186,7 +188,7 @@ class Search:
         Sets that contain the best one and more are left out: what they add explains too little.
         Where the best one is the set without effects, only those that are much worse are left out.
         """
-        while self._promises:
+        while True:
             best = self.sets.best
             close = CLOSE if best.names else CLOSE_TO_NOTHING
             left = [
