@@ -35,6 +35,9 @@ It is printed; set the variable to use another."""
 
 PNG = b"\x89PNG"
 
+PICTURES = ("residual", "suspects", "sets", "alike", "gain", "left_out")
+"""Figures of a verdict that leaves nothing open."""
+
 HIDDEN = (
     "machine_compliance",
     "seating_gap",
@@ -92,11 +95,11 @@ def test_blind_cases(number: int, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert verdict["p_value"] < 0.001
     extended = rf.read_test(tmp_path / "found" / "extended.toml")
     assert extended != rf.read_test(tmp_path / "found" / "baseline.toml")
-    for name in ("residual.png", "suspects.png", "left_out.png"):
-        assert (tmp_path / "found" / name).read_bytes().startswith(PNG)
+    for name in PICTURES:
+        assert (tmp_path / "found" / f"{name}.png").read_bytes().startswith(PNG)
     report = (tmp_path / "found" / "report.html").read_text()
     assert secret.effect.name.replace("_", " ") in report
-    assert report.count("data:image/png;base64,") == 3
+    assert report.count("data:image/png;base64,") == len(PICTURES)
     assert "://" not in report  # nothing to fetch; base64 may spell "http", but has no colon
 
 

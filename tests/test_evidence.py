@@ -239,6 +239,17 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
     assert limit.high - limit.low > 2 * 1.5 * FACTOR_SD
 
 
+def test_a_limit_beyond_a_bound_is_larger_than_nothing():
+    """Data that speak for a negative amplitude do not exclude all of the positive ones."""
+    found = evidence({"swing": -3.0})
+    bounded = replace(found.suspects["swing"], effect=effect("swing", low=0.0))
+    suspects = {**found.suspects, "swing": bounded}
+    limit = limits(Fit(replace(found, suspects=suspects), (), SCATTER), ["a", "b"])["swing"]
+    # far in the tail of a normal distribution the density falls exponentially
+    assert limit.low == 0.0
+    assert 0.0 < limit.high < 0.3
+
+
 def test_what_is_left_of_an_imitated_signature_excludes_nothing():
     """Factors imitate all but a hundredth of this signature."""
     found = evidence({})

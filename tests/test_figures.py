@@ -80,6 +80,6 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> rf.Discovery:
 @pictured()
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
-@pytest.mark.parametrize("name", ["residual", "suspects", "left_out"])
+@pytest.mark.parametrize("name", ["residual", "suspects", "sets", "alike", "gain", "left_out"])
 def test_what_is_wrong(found: rf.Discovery, name: str) -> Figure:
     return found.figures()[name].draw()

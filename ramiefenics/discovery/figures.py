@@ -1,4 +1,4 @@
-"""Figures of a discovery: residuals, suspects, and predictions of left-out specimens."""
+"""Figures of the curves in a discovery: residuals, and predictions of left-out specimens."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from ramiefenics.discovery.anatomy import Anatomy
 from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.causes import SURE
 from ramiefenics.discovery.outcome import Discovery
 from ramiefenics.effects import EFFECTS
 from ramiefenics.model.laws import law_named
@@ -31,9 +30,6 @@ from ramiefenics.specification import SpecificationError
 
 MOST_CURVES = 12
 """Maximum number of curves drawn one by one."""
-
-MOST_SUSPECTS = 15
-"""Maximum number of suspects drawn, the most probable first."""
 
 TITLE_WIDTH = 45
 """Maximum number of characters of a line above a panel."""
@@ -70,28 +66,6 @@ def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> 
     axes.plot(at, simulator.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
     axes.axhline(0.0, color="k", lw=0.8)
     axes.set_xlabel("Displacement (mm)")
-
-
-def suspects_figure(found: Discovery) -> Figure:
-    """Draw how probable every suspect is, and how large it may be without being noticed."""
-    probable = found.posterior.inclusion()
-    names = sorted(found.limits, key=lambda n: (probable[n], found.limits[n].share))
-    names = names[-MOST_SUSPECTS:]
-    with mpl.rc_context(STYLE):
-        height = 1.2 + 0.3 * max(len(names), 2)
-        figure = Figure(figsize=(8.0, height), layout="constrained")
-        left, right = figure.subplots(1, 2, sharey=True)
-        labels = [name.replace("_", " ") for name in names]
-        colours = [VERMILION if name in found.causes else GREY for name in names]
-        left.barh(labels, [probable[n] for n in names], color=colours)
-        left.axvline(SURE, color="k", lw=1.0, ls="--")
-        left.set_xlim(0.0, 1.0)
-        left.set_xlabel("Probability that it is present")
-        right.barh(labels, [100.0 * found.limits[n].share for n in names], color=colours)
-        right.set_xlabel("Largest effect not excluded (% of peak)")
-        for axes in (left, right):
-            axes.grid(axis="y", visible=False)
-    return figure
 
 
 def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:
@@ -155,4 +129,28 @@ def left_out_figure(found: Discovery) -> Figure:
         grid[0, 0].set(xlim=(0.0, None), ylim=(0.0, None))
         figure.supxlabel("Displacement (mm)", fontsize=10)
         figure.supylabel("Force (N)", fontsize=10)
+    return figure
+
+
+def gain_figure(found: Discovery) -> Figure:
+    """Draw the errors of predicted left-out curves, by several predictors."""
+    panels = {
+        "curves": found.gain,
+        "shapes of curves": found.shape_gain,
+        "curves under another condition": found.condition_gain,
+    }
+    gains = {title: gain for title, gain in panels.items() if gain is not None}
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+        grid = figure.subplots(1, len(gains), squeeze=False)[0]
+        for axes, (title, gain) in zip(grid, gains.items(), strict=True):
+            errors = {"mean of\nothers": gain.rmse_plain_N} if gain.rmse_plain_N else {}
+            errors |= {"baseline": gain.rmse_before_N, "extended": gain.rmse_after_N}
+            colours = [GREY, BLUE, VERMILION][-len(errors) :]
+            bars = axes.bar(list(errors), list(errors.values()), color=colours, width=0.6)
+            axes.bar_label(bars, fmt="%.2f", fontsize=8)
+            low, high = gain.interval
+            axes.set_title(f"{title}\nratio {gain.ratio:.2f} ({low:.2f} to {high:.2f})", fontsize=9)
+            axes.grid(axis="x", visible=False)
+        grid[0].set_ylabel("Error of prediction (N)")
     return figure

@@ -31,6 +31,7 @@ def findings(found: Discovery) -> list[str]:
     """Return the findings as sentences, that of the verdict first."""
     return [
         _verdict(found),
+        *_better(found),
         *_next(found),
         *_broken(found),
         *_factors(found),
@@ -60,18 +61,25 @@ def _verdict(found: Discovery) -> str:
             "Something is missing, and no set of the suspects explains it well enough to be named "
             f"(gain of the best set: {p}; residual of {_left(found)}: "
             f"p = {found.misfit_p_value:.2g})."
-            f"{_anatomy(found)}"
         )
+    return _named(found, p)
+
+
+def _better(found: Discovery) -> list[str]:
+    """Return how well curves are predicted with the effects that are named, or what was learned."""
+    if found.verdict == "unknown":
+        return _anatomy(found)
+    if found.verdict not in ("cause", "ambiguous"):
+        return []
     assert found.gain is not None  # something was suspected
     assert found.shape_gain is not None
-    told = _predictions(found.gain, found.shape_gain)
-    named = f"{_named(found, p)} {told[0].upper()}{told[1:]}"
-    if found.condition_gain is None:
-        return named
-    return (
-        f"{named} Curves under a left-out condition are predicted from those of the same specimens "
-        f"under the other conditions with an error of {_errors(found.condition_gain)}."
-    )
+    told = [_predictions(found.gain, found.shape_gain)]
+    if found.condition_gain is not None:
+        told.append(
+            "Curves under a left-out condition are predicted from those of the same specimens "
+            f"under the other conditions with an error of {_errors(found.condition_gain)}."
+        )
+    return told
 
 
 def _p_value(found: Discovery) -> str:
@@ -83,20 +91,21 @@ def _p_value(found: Discovery) -> str:
     return f"{p}, yet {none} among the sets that were fitted"
 
 
-def _anatomy(found: Discovery) -> str:
+def _anatomy(found: Discovery) -> list[str]:
     anatomy = found.anatomy
     if anatomy is None:
-        return ""
+        return []
     tried = ", ".join(f"{name} {p:.0%}" for name, p in anatomy.probability.items())
     if not anatomy.supported:
-        return f" A free function inside the model does not explain it either (tried: {tried})."
+        return [f"A free function inside the model does not explain it either (tried: {tried})."]
     rest = ""
     if anatomy.misfit_p_value < SIGNIFICANCE:
         rest = f" Its residual is more than noise (p = {anatomy.misfit_p_value:.2g})."
-    return (
-        f" Of the free functions inside the model, {anatomy.place.sentence} explains it best "
-        f"({tried}); {_predictions(anatomy.gain, anatomy.shape_gain)}{rest}{_similar(found)}"
-    )
+    return [
+        f"Of the free functions inside the model, {anatomy.place.sentence} explains it best "
+        f"({tried}).{rest}{_similar(found)}",
+        _predictions(anatomy.gain, anatomy.shape_gain),
+    ]
 
 
 def _similar(found: Discovery) -> str:
@@ -155,7 +164,7 @@ def _sets(found: Discovery) -> list[str]:
 
 def _predictions(gain: Gain, shapes: Gain) -> str:
     return (
-        f"curves of left-out specimens are predicted with an error of {_errors(gain)}; "
+        f"Curves of left-out specimens are predicted with an error of {_errors(gain)}; "
         "the shape of these curves, with each specimen's own stiffness fitted, is predicted with "
         f"an error of {_errors(shapes)}. The mean curve of the other specimens predicts these "
         f"curves with an error of {gain.rmse_plain_N:.2f} N, and their shape with an error of "

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
+from scipy.stats import truncnorm
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.evidence import Evidence
@@ -82,7 +84,9 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
     scale, (least, most) = evidence.scale[index], evidence.suspects[name].effect.bounds
     relative = _relative_variance(evidence, fit, name, others)
     ends = _interval(float(expected[-1]), covariance[-1, -1], relative)
-    low, high = (float(np.clip(scale * end, least, most)) for end in ends)
+    possible = _possible(float(expected[-1]), covariance[-1, -1], least / scale, most / scale)
+    low = max(scale * min(ends[0], possible[0]), least)
+    high = min(scale * max(ends[1], possible[1]), most)
     change = np.sqrt((evidence.suspects[name].signature ** 2).mean(axis=0)).max()
     share = float(max(abs(low), abs(high)) * change)
     return Limit(low, high, share, _imitators(covariance, [*factors], others))
@@ -123,6 +127,17 @@ def _interval(mean: float, variance: float, relative: float) -> tuple[float, flo
     if rest <= 0.0:
         return -np.inf, np.inf
     return (mean - root**0.5) / rest, (mean + root**0.5) / rest
+
+
+def _possible(mean: float, variance: float, least: float, most: float) -> tuple[float, float]:
+    """Return the 95 % interval of an amplitude that is known to lie within its bounds.
+
+    Where the mean is far beyond a bound, the interval is narrow, but larger than nothing.
+    """
+    sd = variance**0.5
+    within = truncnorm((least - mean) / sd, (most - mean) / sd, loc=mean, scale=sd)
+    low, high = within.ppf(ndtr(np.array([-QUANTILE, QUANTILE])))
+    return float(low), float(high)
 
 
 def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tuple[str, ...]:

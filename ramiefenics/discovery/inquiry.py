@@ -21,7 +21,7 @@ from ramiefenics.discovery.linearised import Linearised
 from ramiefenics.discovery.meshes import on_mesh
 from ramiefenics.discovery.observed import observe
 from ramiefenics.discovery.outcome import Discovery
-from ramiefenics.discovery.plan import plan
+from ramiefenics.discovery.plan import Plan, plan
 from ramiefenics.discovery.power import Design
 from ramiefenics.discovery.search import Search
 from ramiefenics.discovery.verdict import (
@@ -186,20 +186,20 @@ class _Inquiry:
             self._reasons[name] = f"rests on {who} alone: {without}"
         return tuple(group for group in causes.groups() if alone.keys().isdisjoint(group))
 
-    def _next_experiment(
+    def _plan(
         self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]
-    ) -> str:
-        """Return the settings of the second test that best separates the effects left open."""
+    ) -> Plan | None:
+        """Return how well second tests would separate the effects left open, if any are."""
         if verdict == "ambiguous":
             names = [name for group in groups if len(group) > 1 for name in group]
         elif verdict == "conflict":
             names = sorted(told, key=lambda name: -told[name].share)[:MOST_OPEN]
         else:
-            return ""
+            return None
         everywhere = dict.fromkeys(self._effects[name].base_name for name in names)
         effects = {name: self._effects[name] for name in everywhere}
         if len(effects) == 1:  # the same effect in different groups
-            return ""
+            return None
         layout, (_, travel) = self._dataset.layout, self._dataset.range_mm
         scatter = fit.scatter
         design = Design(
@@ -215,10 +215,10 @@ class _Inquiry:
         self._stage("planning the next experiment", 3 * (1 + len(effects)))
         try:
             test = dataclasses.replace(test, protocol=protocol)
-            return plan(test, None, design, effects, self._runs).next_experiment
+            return plan(test, None, design, effects, self._runs)
         except SpecificationError as error:
             log.info("the next experiment cannot be planned: %s", error)
-            return ""
+            return None
 
     def _anatomy(self, baseline: Fitted) -> Anatomy:
         """Learn inside the model what no suspect explains, with every curve simulated."""
@@ -278,7 +278,7 @@ class _Inquiry:
             baseline=baseline,
             extended=extended,
             limits=told,
-            next_experiment=self._next_experiment(verdict, groups, last, told),
+            plan=self._plan(verdict, groups, last, told),
             alike=cosines(last),
             gain=gain,
             shape_gain=shape,

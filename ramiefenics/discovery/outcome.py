@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
+from ramiefenics.discovery import tables
 from ramiefenics.discovery.anatomy import Anatomy
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.causes import Causes
-from ramiefenics.discovery.findings import findings, with_space
+from ramiefenics.discovery.findings import findings
 from ramiefenics.discovery.fitting import Fitted
 from ramiefenics.discovery.gain import Gain
 from ramiefenics.discovery.hidden import Limit
 from ramiefenics.discovery.observed import Observed
+from ramiefenics.discovery.plan import Plan
 from ramiefenics.effects import Effect
 from ramiefenics.effects.combining import with_effects
 from ramiefenics.measured import Dataset
 from ramiefenics.results.result import Picture, Result, Table
 from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.specification.files import to_dict
 from ramiefenics.surrogate import Effort
 
 ALIKE = 0.9
@@ -71,9 +70,9 @@ class Discovery(Result):
         The fit with the most probable set; None where nothing was suspected.
     limits
         How large each suspect may be, by name.
-    next_experiment
-        Settings of a second test of each specimen that would best separate the effects left open;
-        ``alone`` if none of those tried would; empty where nothing is open.
+    plan
+        How well a second test of each specimen would separate the effects left open. None where
+        nothing is open, or no test could be planned.
     alike
         Cosines between pairs of signatures, after removal of what factors and simulator can
         imitate.
@@ -108,7 +107,7 @@ class Discovery(Result):
     baseline: Fitted
     extended: Fitted | None
     limits: Mapping[str, Limit]
-    next_experiment: str
+    plan: Plan | None
     alike: Mapping[tuple[str, str], float]
     gain: Gain | None
     shape_gain: Gain | None
@@ -169,6 +168,14 @@ class Discovery(Result):
         return tuple(sorted(found - set(self.causes)))
 
     @property
+    def next_experiment(self) -> str:
+        """Settings of the second test that would best separate the effects left open.
+
+        ``alone`` if none of those tried would; empty where there is no `plan`.
+        """
+        return "" if self.plan is None else self.plan.next_experiment
+
+    @property
     def explained(self) -> float | None:
         """Share of the squared error of the baseline's curve shapes that the effects remove."""
         return None if self.shape_gain is None else 1.0 - self.shape_gain.ratio**2
@@ -211,7 +218,7 @@ class Discovery(Result):
     def notes(self) -> list[str]:
         """Return how specimens scatter, and what is attributed to mesh and simulator."""
         scatter, (low, high) = self.fitted.fit.scatter, self.dataset.range_mm
-        mesh, left = self._corrections()
+        mesh, left = self.corrections()
         names = (factor.name for factor in self.fitted.curves.model.factors)
         own = ", ".join(
             f"{100 * sd:.0f} % in {n}" for n, sd in zip(names, scatter.own, strict=True)
@@ -233,139 +240,28 @@ class Discovery(Result):
         """Name of the mesh recipe of the simulations."""
         return self.dataset.records[0].test.numerics.mesh.name
 
-    def _corrections(self) -> tuple[float, float]:
+    def corrections(self) -> tuple[float, float]:
         """Return the largest mesh correction, and the largest error attributed to the simulator."""
         for_mesh = self.fitted.curves.mesh_correction / self.observed.peak_N[:, None]
         return _largest(for_mesh), _largest(self.fitted.fit.remaining()[1])
 
     def overview(self) -> pd.DataFrame:
         """Return a table of the suspects, the most probable first."""
-        inclusion = dict.fromkeys(self.effects, 0.0) | self.posterior.inclusion()
-        rows = [self._row(n, inclusion[n]) for n in sorted(inclusion, key=lambda n: -inclusion[n])]
-        return pd.DataFrame(rows)
-
-    def _row(self, name: str, probability: float) -> dict[str, str]:
-        unit = with_space(self.effects[name].unit)
-        told = dict.fromkeys(("probability", "amplitude", "not excluded", "of the peak"), "")
-        if name in self.limits:
-            limit, there = self.limits[name], name in self.amplitudes
-            low, high = self.interval(name) if there else (limit.low, limit.high)
-            told = {
-                "probability": f"{probability:.2f}",
-                "amplitude": f"{self.amplitudes[name]:.3g}{unit}" if there else "",
-                "not excluded": f"{low:.2g} to {high:.2g}{unit}",
-                "of the peak": f"{100 * limit.share:.2g} %",
-            }
-            imitators = ", ".join(limit.imitated_by[:3])
-        else:
-            imitators = ""
-        return {
-            "suspect": name,
-            **told,
-            "imitated by": imitators,
-            "remark": self.reasons.get(name, ""),
-        }
+        return tables.overview(self)
 
     def numbers(self) -> dict[str, Any]:
         """Return the verdict, and what it rests on."""
-        fitted, (mesh, left) = self.fitted, self._corrections()
-        names = [factor.name for factor in fitted.curves.model.factors]
-        return {
-            "verdict": self.verdict,
-            "causes": self.causes,
-            "groups": self.groups,
-            "amplitudes": {
-                name: {
-                    "value": value,
-                    "interval": self.interval(name),
-                    "unit": self.effects[name].unit,
-                }
-                for name, value in self.amplitudes.items()
-            },
-            "explained": self.explained,
-            "p_value": self.p_value,
-            "fitted_none": self.fitted_none,
-            "baseline_misfit_p_value": self.baseline_misfit_p_value,
-            "misfit_p_value": self.misfit_p_value,
-            "conflict_p_value": self.conflict_p_value,
-            "gain": None if self.gain is None else self.gain.numbers(),
-            "shape_gain": None if self.shape_gain is None else self.shape_gain.numbers(),
-            "condition_gain": None
-            if self.condition_gain is None
-            else self.condition_gain.numbers(),
-            "anatomy": None if self.anatomy is None else self.anatomy.numbers(),
-            "probability_of_any": 1.0 - self.posterior.none,
-            "probabilities": self.posterior.inclusion(),
-            "limits": {name: dataclasses.asdict(limit) for name, limit in self.limits.items()},
-            "next_experiment": self.next_experiment,
-            "reasons": dict(self.reasons),
-            "confusable_with": self.confusable_with,
-            "broken": self.broken,
-            "log_factors": dict(zip(names, self.mean_log_factors(), strict=True)),
-            "log_factors_over_sd": self.factor_moves,
-            "scatter": dataclasses.asdict(fitted.fit.scatter),
-            "specimens": list(self.dataset.specimens),
-            "range_mm": self.dataset.range_mm,
-            "dataset": to_dict(self.dataset.layout),
-            "specification": to_dict(self.dataset.baseline),
-            **dataclasses.asdict(self.effort),
-            "mesh": self.mesh,
-            "mesh_correction": mesh,
-            "put_down_to_simulator": left,
-        }
+        return tables.numbers(self)
 
     def tables(self) -> dict[str, Table]:
         """Return the suspects' physics, the fitted factors, and how alike signatures are."""
-        physics = [(n, e.physics, e.reference) for n, e in self.effects.items()]
-        sd, moves = self.dataset.layout.fit_sd, self.factor_moves
-        factors = [(name, math.exp(sd * move), move) for name, move in moves.items()]
-        alike = [(*pair, cosine) for pair, cosine in self.alike.items()]
-        alike.sort(key=lambda row: -abs(row[2]))
-        return {
-            "suspects": Table(
-                pd.DataFrame(physics, columns=["suspect", "physics", "reference"]),
-                "The suspects, their physics and references.",
-            ),
-            "factors": Table(
-                pd.DataFrame(factors, columns=["factor", "value", "over_sd"]),
-                "Fitted factors, mean of the specimens, and their logarithms in units of fit_sd.",
-            ),
-            "alike": Table(
-                pd.DataFrame(alike, columns=["suspect", "other", "cosine"]),
-                "Similarity of signatures after removal of what factors and simulator can imitate: "
-                "where the cosine is near 1 or -1, these data cannot tell the two apart.",
-            ),
-        }
+        return tables.tables(self)
 
     def figures(self) -> dict[str, Picture]:
-        """Return figures of residuals, suspects and predictions, and of any function learned."""
-        from ramiefenics.discovery import figures
+        """Return figures of what is wrong, why, how much better it gets, and what to test next."""
+        from ramiefenics.discovery.pictures import pictures
 
-        learned = {}
-        if self.anatomy is not None:
-            learned["anatomy"] = Picture(
-                partial(figures.anatomy_figure, self, self.anatomy),
-                "The function learned inside the model, with its 95 % band, compared with the "
-                "baseline's own function and those of shipped effects at their typical sizes.",
-            )
-        return {
-            **learned,
-            "residual": Picture(
-                partial(figures.residual_figure, self),
-                "Residuals without effects and, if any were fitted, with them; each specimen has "
-                "its own factors. Grey: single curves. Dashed: part attributed to mesh and "
-                "simulator.",
-            ),
-            "suspects": Picture(
-                partial(figures.suspects_figure, self),
-                "Probability of each suspect, and its largest effect on the curves that the data "
-                "do not exclude.",
-            ),
-            "left_out": Picture(
-                partial(figures.left_out_figure, self),
-                "The curves of each specimen, predicted from all other specimens.",
-            ),
-        }
+        return pictures(self)
 
     def user_files(self) -> list[Path]:
         """Return the user's own files that define suspects."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from ramiefenics.discovery.plan import Plan
+from ramiefenics.discovery.suspect_figures import cosine_figure
 from ramiefenics.results.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY)
@@ -45,13 +45,4 @@ def smallest_figure(plan: Plan) -> Figure:
 
 def mistaken_figure(plan: Plan) -> Figure:
     """Draw the cosines of signatures in the standard test."""
-    names = [name.replace("_", " ") for name in plan.alone.smallest]
-    with mpl.rc_context(STYLE | {"axes.grid": False}):
-        size = 2.2 + 0.27 * len(names)
-        figure = Figure(figsize=(size + 0.8, size), layout="constrained")
-        axes = figure.subplots()
-        image = axes.imshow(np.abs(plan.alone.cosines), cmap="cividis", vmin=0.0, vmax=1.0)
-        axes.set_xticks(range(len(names)), names, rotation=90)
-        axes.set_yticks(range(len(names)), names)
-        figure.colorbar(image, label="Absolute value of the cosine", shrink=0.8)
-    return figure
+    return cosine_figure(list(plan.alone.smallest), plan.alone.cosines)

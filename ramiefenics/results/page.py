@@ -24,6 +24,9 @@ NUMBER = re.compile(r"\(?[<>]? ?[-+]?[\d.]*(e[-+]?\d+)?( ?%)?\)?")
 PLAIN = re.compile(r"-?\d+(\.\d+)?")
 """Number without an exponent."""
 
+SHORT = 24
+"""Number of characters up to which the cells of a column are kept in one line."""
+
 WIDE = 12
 """Number of columns beyond which headings are upright when printed."""
 
@@ -57,13 +60,14 @@ def grid(data: pd.DataFrame, name: str = "overview", digits: int = 8) -> Markup:
 def _column(name: str, kept: str, texts: list[str], saved: list[str]) -> list[str]:
     """Return heading and cells of a column, each with the text in the file where it differs."""
     number = all(map(NUMBER.fullmatch, texts))
+    kind = "number" if number else "short" if all(len(text) <= SHORT for text in texts) else ""
     tails = [_tail(text) if number else 0.0 for text in texts]
-    made = [_cell("th", words_of(name), {"scope": "col", "data-name": kept}, number)]
+    made = [_cell("th", words_of(name), {"scope": "col", "data-name": kept}, kind)]
     for text, value, tail in zip(texts, saved, tails, strict=True):
         told = {"data-value": value} if value != text else {}
         if number and tail < max(tails) and PLAIN.fullmatch(text):
             told["style"] = f"--tail: {max(tails) - tail:g}"
-        made.append(_cell("td", text, told, number))
+        made.append(_cell("td", text, told, kind))
     return made
 
 
@@ -73,8 +77,10 @@ def _tail(text: str) -> float:
     return len(text) - point - 0.5 if point >= 0 and PLAIN.fullmatch(text) else 0.0
 
 
-def _cell(tag: str, text: str, attributes: Mapping[str, str], number: bool) -> str:
-    told = {**({"class": "number", "align": "right"} if number else {}), **attributes}
+def _cell(tag: str, text: str, attributes: Mapping[str, str], kind: str) -> str:
+    shown = {"class": kind} if kind else {}
+    right = {"align": "right"} if kind == "number" else {}
+    told = {**shown, **right, **attributes}
     listed = "".join(f' {name}="{escape(value)}"' for name, value in told.items())
     return f"<{tag}{listed}>{escape(text)}</{tag}>"
 
