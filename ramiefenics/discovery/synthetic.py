@@ -54,6 +54,16 @@ too high by 5 % of the peak at 14 mm, where the section flattens and the bent si
 many cells, and by 0.3 % on average up to 10 mm; on `FINEST`, by 1 % and 0.2 %, compared with a mesh
 that takes five times as long."""
 
+STEEPEST = 0.1
+"""Fall of the force per mm, relative to its peak, that regular curves do not have. On `FINEST` the
+bore of half of the stalks folds into creases, from 12 to 14 mm on, at the sides of the flattened
+void, and the force falls by 1 to 2 % each time. When it does depends on the cells."""
+
+TREND_MM = 3.0
+"""Range before such a fall from which the correction of the forces is extrapolated."""
+
+TRAVEL_KEY = "protocol.travel_mm"
+
 TRAVEL_MM, ROW_MM, SPEED_MM_PER_S = 14.0, 0.05, 1.0 / 6.0
 GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
 """Mean and standard deviation over the specimens, those of Tables 3 and 8."""
@@ -158,12 +168,14 @@ def make_dataset(
         Mesh recipe of the simulations.
     finest
         Mesh recipe to which forces are corrected, by what it changes of those of the first stalk,
-        without effects if with these it is not `AFFORDABLE`.
+        without effects if with these it is not `AFFORDABLE`; beyond a fall of the force on it that
+        is steeper than `STEEPEST`, by the trend before.
     travel_mm
         Displacement at which the loading ends.
     tests
         Settings of each test that every specimen undergoes, as in `tests.csv`; effects are applied
-        on top of these. A stalk is not affected by its earlier tests.
+        on top of these. A stalk is not affected by its earlier tests. A test with a travel of its
+        own (`protocol.travel_mm`) ends there.
     noise
         Standard deviation of the noise, relative to the peak force.
     broken
@@ -181,22 +193,21 @@ def make_dataset(
     bent = plain = [[changed(stalk, each) for each in assignments] for stalk in stalks]
     for secret in [secrets] if isinstance(secrets, Secret) else secrets:
         bent = secret.apply(bent, rng)
-    at = along = np.linspace(0.0, travel_mm, 1 + round(travel_mm / ROW_MM))
-    forces = iter(_forces(bent, _shown(bent[0], plain[0]), finest, at, runs, unloaded))
-    if unloaded:
-        at, along = np.append(at, at[-2::-1]), np.append(at, travel_mm + at[1:])
+    shown = _shown(bent[0], plain[0])
+    ends = [test.protocol.travel_mm for test in plain[0]] * specimens
+    recorded_rows = iter(_recorded_rows(bent, shown, finest, ends, runs, unloaded))
     (folder / "curves").mkdir(parents=True)
     listed = []
-    for specimen, (row, own) in enumerate(zip(rows, bent, strict=True)):
-        for number, (_, told) in enumerate(zip(own, tests, strict=True), start=1):
-            force = next(forces)
+    for specimen, row in enumerate(rows):
+        for number, told in enumerate(tests, start=1):
+            at, force = next(recorded_rows)
             for one in broken:
                 force = one.force(force, at) if one.specimen == specimen else force
-            path = f"curves/{row['specimen']}{f'_{number}' if len(own) > 1 else ''}.csv"
-            _write_curve(folder / path, along, at, _noisy(force, along, noise, rng))
-            columns = {key: f"{value:g}" for key, value in told.items()}
+            path = f"curves/{row['specimen']}{f'_{number}' if len(tests) > 1 else ''}.csv"
+            _write_curve(folder / path, at, force, noise, rng)
+            columns = {key: f"{value:g}" for key, value in told.items() if key != TRAVEL_KEY}
             listed.append({"specimen": row["specimen"], "curve": path, **columns})
-    _list(folder, rows, listed, tests, unloaded)
+    _list(folder, rows, listed, unloaded)
 
 
 def _shown(
@@ -207,45 +218,62 @@ def _shown(
     return [one if one.numerics.domain == AFFORDABLE else other for one, other in pairs]
 
 
-def _forces(
+def _recorded_rows(
     stalks: Sequence[Sequence[BendingTest]],
     shown: Sequence[BendingTest],
     finest: MeshRecipe,
-    at: Array,
+    ends: Sequence[float],
     runs: Mapper,
     unloaded: bool,
-) -> list[Array]:
-    """Return the recorded forces at displacements, followed by those of unloading if wanted.
+) -> list[tuple[Array, Array]]:
+    """Return the recorded displacements of every test, up to its end, and the forces there.
 
-    Those of every stalk are corrected by what the finest mesh changes of the tests `shown`.
+    Those of unloading follow if wanted. The forces of every stalk are corrected by what the finest
+    mesh changes of the tests `shown`.
     """
     tests = [test for own in stalks for test in own]
     finely = [on_mesh(test, finest) for test in shown]
     all_curves = simulated(runs, [CurveTask(test) for test in (*tests, *shown, *finely)])
     curves, both = all_curves[: len(tests)], all_curves[len(tests) :]
     pairs = zip(both[: len(shown)], both[len(shown) :], strict=True)
-    shares = [change_of(*pair) for pair in pairs] * len(stalks)
-    there = [
-        recorded(test, _corrected(curve, share), at)
-        for test, curve, share in zip(tests, curves, shares, strict=True)
-    ]
+    shares = [_regular_change(*pair) for pair in pairs] * len(stalks)
+    there = []
+    for test, curve, share, end in zip(tests, curves, shares, ends, strict=True):
+        at = np.linspace(0.0, end, 1 + round(end / ROW_MM))
+        there.append((at, recorded(test, _corrected(curve, share), at)))
     if not unloaded:
         return there
     whole = []
-    for test, curve in zip(tests, curves, strict=True):
+    for test, curve, end in zip(tests, curves, ends, strict=True):
         travel = curve["displacement_mm"].to_numpy()
         displacement, _ = test.machine.recorded(travel, curve["force_N"].to_numpy())
         # the indenter turns at the last recorded displacement
-        turn = float(np.interp(at[-1], displacement, travel))
+        turn = float(np.interp(end, displacement, travel))
         protocol = replace(
             test.protocol, travel_mm=turn, save_every_mm=turn, then=(Target(to_mm=0.0),)
         )
         whole.append(replace(test, protocol=protocol))
     back = simulated(runs, [CurveTask(test) for test in whole])
     return [
-        np.append(force, recorded(test, _corrected(curve, share), at[:-1])[::-1])
-        for force, test, curve, share in zip(there, whole, back, shares, strict=True)
+        (
+            np.append(at, at[-2::-1]),
+            np.append(force, recorded(test, _corrected(curve, share), at[:-1])[::-1]),
+        )
+        for (at, force), test, curve, share in zip(there, whole, back, shares, strict=True)
     ]
+
+
+def _regular_change(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
+    """Return `change_of` up to where the force falls steeply, and its trend from there on."""
+    at, force = (after[name].to_numpy() for name in ("displacement_mm", "force_N"))
+    falls = np.diff(force) < -STEEPEST * force.max() * np.diff(at)
+    if not falls.any():
+        return change_of(before, after)
+    first = int(falls.argmax())
+    x, share = change_of(before, after.iloc[: first + 1])
+    near = (x > at[first] - TREND_MM) & (x <= at[first])
+    trend = np.polyval(np.polyfit(x[near], share[near], 1), x)
+    return x, np.where(x <= at[first], share, trend)
 
 
 def _corrected(curve: pd.DataFrame, share: tuple[Array, Array]) -> pd.DataFrame:
@@ -253,7 +281,11 @@ def _corrected(curve: pd.DataFrame, share: tuple[Array, Array]) -> pd.DataFrame:
     return curve.assign(force_N=factor * curve["force_N"])
 
 
-def _write_curve(path: Path, along: Array, at: Array, force: Array) -> None:
+def _write_curve(
+    path: Path, at: Array, force: Array, noise: float, rng: np.random.Generator
+) -> None:
+    along = np.append(0.0, np.abs(np.diff(at)).cumsum())  # the indenter may turn
+    force = _noisy(force, along, noise, rng)
     lines = zip(along / SPEED_MM_PER_S, at, force, strict=True)
     text = [(f"{t:.2f}", f"{d:.3f}", f"{f:.1f}") for t, d, f in lines]
     _write(path, ["time_s", "displacement_mm", "force_N"], text)
@@ -263,17 +295,16 @@ def _list(
     folder: Path,
     rows: Sequence[dict[str, str]],
     listed: Sequence[dict[str, str]],
-    tests: Sequence[Mapping[str, float]],
     unloaded: bool,
 ) -> None:
     """Write the tables of specimens and tests, and the `dataset.toml` that describes them."""
     layout = _layout()
     if unloaded:
         layout["then"] = [{"to_mm": 0.0}]
-    if len(tests) == 1 and not tests[0]:
+    keys = {key: key for of in listed for key in of if key not in ("specimen", "curve")}
+    if len(listed) == len(rows) and not keys:
         rows = [row | {"curve": of["curve"]} for row, of in zip(rows, listed, strict=True)]
     else:
-        keys = {key: key for settings in tests for key in settings}
         layout["tests"] = keys
         base = ramie(14.4, 7.4, 0.67)
         usual = {key: f"{value_at(base, key):g}" for key in keys}
