@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.synthetic import FINEST, Broken, Secret, make_dataset
+from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
+from ramiefenics.discovery.synthetic_curves import FINEST
 from ramiefenics.measured import Record
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask

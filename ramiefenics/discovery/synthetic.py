@@ -8,63 +8,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import tomli_w
 
 from ramiefenics.discovery.blocks import Array
 from ramiefenics.discovery.factors import apply_factors, factors
 from ramiefenics.discovery.mesh_changes import AFFORDABLE
 from ramiefenics.discovery.meshes import on_mesh
-from ramiefenics.discovery.observed import recorded
-from ramiefenics.discovery.standing import change_of
+from ramiefenics.discovery.synthetic_curves import FINEST, MESH, recorded_rows
 from ramiefenics.effects import Effect
 from ramiefenics.measured.changes import changed
 from ramiefenics.published import ramie
-from ramiefenics.runs.curve import CurveTask, Mapper, simulated
-from ramiefenics.specification import BendingTest, MeshRecipe, Protocol, Target
+from ramiefenics.runs.curve import Mapper
+from ramiefenics.specification import BendingTest, MeshRecipe, Protocol
 from ramiefenics.specification.files import value_at
-
-MESH = MeshRecipe(
-    name="hidden",
-    order=2,
-    serendipity=True,
-    angular_elements=14,
-    side_growth=1.25,
-    wall_elements=3,
-    bore_growth=1.3,
-    rind_elements=1,
-    contact_size=0.025,
-    contact_zone=0.06,
-    growth=0.3,
-    coarse_size=0.2,
-)
-"""Mesh recipe that differs from those that `discover` uses, and is finer, because real stalks have
-no mesh."""
-
-FINEST = replace(
-    MESH,
-    name="finest",
-    angular_elements=22,
-    side_growth=1.3,
-    wall_elements=5,
-    bore_growth=1.35,
-)
-"""Mesh recipe on which one stalk is simulated as well, to correct the forces on `MESH`. These are
-too high by 5 % of the peak at 14 mm, where the section flattens and the bent sides of the void need
-many cells, and by 0.3 % on average up to 10 mm; on `FINEST`, by 1 % and 0.2 %, compared with a mesh
-that takes five times as long."""
-
-STEEPEST = 0.1
-"""Fall of the force per mm, relative to its peak, that regular curves do not have. On `FINEST` the
-bore of half of the stalks folds into creases, from 12 to 14 mm on, at the sides of the flattened
-void, and the force falls by 1 to 2 % each time. When it does depends on the cells."""
-
-TREND_MM = 3.0
-"""Range before such a fall from which the correction of the forces is extrapolated."""
 
 TRAVEL_KEY = "protocol.travel_mm"
 
-TRAVEL_MM, ROW_MM, SPEED_MM_PER_S = 14.0, 0.05, 1.0 / 6.0
+TRAVEL_MM, SPEED_MM_PER_S = 14.0, 1.0 / 6.0
 GEOMETRY_MM = {"outer_mm": (14.4, 0.5), "void_mm": (7.4, 0.3), "phloem_mm": (0.67, 0.03)}
 """Mean and standard deviation over the specimens, those of Tables 3 and 8."""
 
@@ -195,12 +155,12 @@ def make_dataset(
         bent = secret.apply(bent, rng)
     shown = _shown(bent[0], plain[0])
     ends = [test.protocol.travel_mm for test in plain[0]] * specimens
-    recorded_rows = iter(_recorded_rows(bent, shown, finest, ends, runs, unloaded))
+    curves = iter(recorded_rows(bent, shown, finest, ends, runs, unloaded))
     (folder / "curves").mkdir(parents=True)
     listed = []
     for specimen, row in enumerate(rows):
         for number, told in enumerate(tests, start=1):
-            at, force = next(recorded_rows)
+            at, force = next(curves)
             for one in broken:
                 force = one.force(force, at) if one.specimen == specimen else force
             path = f"curves/{row['specimen']}{f'_{number}' if len(tests) > 1 else ''}.csv"
@@ -216,69 +176,6 @@ def _shown(
     """Return the tests of a stalk that are simulated on the finest mesh."""
     pairs = zip(with_effects, without, strict=True)
     return [one if one.numerics.domain == AFFORDABLE else other for one, other in pairs]
-
-
-def _recorded_rows(
-    stalks: Sequence[Sequence[BendingTest]],
-    shown: Sequence[BendingTest],
-    finest: MeshRecipe,
-    ends: Sequence[float],
-    runs: Mapper,
-    unloaded: bool,
-) -> list[tuple[Array, Array]]:
-    """Return the recorded displacements of every test, up to its end, and the forces there.
-
-    Those of unloading follow if wanted. The forces of every stalk are corrected by what the finest
-    mesh changes of the tests `shown`.
-    """
-    tests = [test for own in stalks for test in own]
-    finely = [on_mesh(test, finest) for test in shown]
-    all_curves = simulated(runs, [CurveTask(test) for test in (*tests, *shown, *finely)])
-    curves, both = all_curves[: len(tests)], all_curves[len(tests) :]
-    pairs = zip(both[: len(shown)], both[len(shown) :], strict=True)
-    shares = [_regular_change(*pair) for pair in pairs] * len(stalks)
-    there = []
-    for test, curve, share, end in zip(tests, curves, shares, ends, strict=True):
-        at = np.linspace(0.0, end, 1 + round(end / ROW_MM))
-        there.append((at, recorded(test, _corrected(curve, share), at)))
-    if not unloaded:
-        return there
-    whole = []
-    for test, curve, end in zip(tests, curves, ends, strict=True):
-        travel = curve["displacement_mm"].to_numpy()
-        displacement, _ = test.machine.recorded(travel, curve["force_N"].to_numpy())
-        # the indenter turns at the last recorded displacement
-        turn = float(np.interp(end, displacement, travel))
-        protocol = replace(
-            test.protocol, travel_mm=turn, save_every_mm=turn, then=(Target(to_mm=0.0),)
-        )
-        whole.append(replace(test, protocol=protocol))
-    back = simulated(runs, [CurveTask(test) for test in whole])
-    return [
-        (
-            np.append(at, at[-2::-1]),
-            np.append(force, recorded(test, _corrected(curve, share), at[:-1])[::-1]),
-        )
-        for (at, force), test, curve, share in zip(there, whole, back, shares, strict=True)
-    ]
-
-
-def _regular_change(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
-    """Return `change_of` up to where the force falls steeply, and its trend from there on."""
-    at, force = (after[name].to_numpy() for name in ("displacement_mm", "force_N"))
-    falls = np.diff(force) < -STEEPEST * force.max() * np.diff(at)
-    if not falls.any():
-        return change_of(before, after)
-    first = int(falls.argmax())
-    x, share = change_of(before, after.iloc[: first + 1])
-    near = (x > at[first] - TREND_MM) & (x <= at[first])
-    trend = np.polyval(np.polyfit(x[near], share[near], 1), x)
-    return x, np.where(x <= at[first], share, trend)
-
-
-def _corrected(curve: pd.DataFrame, share: tuple[Array, Array]) -> pd.DataFrame:
-    factor = 1.0 + np.interp(curve["displacement_mm"], *share)
-    return curve.assign(force_N=factor * curve["force_N"])
 
 
 def _write_curve(
