@@ -430,6 +430,7 @@ def test_a_specimen_may_be_tested_several_times(several: Path) -> None:
     assert list(seen.blocks.specimen) == [0, 0, 1]
     assert list(seen.blocks.place) == [0, 1, 0]
     assert data.records[1].row["void"] == "0.72"
+    assert data.condition_labels == ("Span 8, Turned 90", "Span 8, Turned 0", "Span 10, Turned 0")
     assert rf.reduce_dataset(data).curves["record"].to_list() == ["A 1", "A near", "B"]
 
 

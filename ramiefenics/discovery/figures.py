@@ -41,31 +41,39 @@ def residual_figure(found: Discovery) -> Figure:
     if found.extended is not None and found.extended.fit.chosen:
         names = " and ".join(name.replace("_", " ") for name in found.extended.fit.chosen)
         models.append((f"with {names}", found.extended.fit))
+    conditions = np.array(found.dataset.condition_labels)
+    labels = list(dict.fromkeys(found.dataset.condition_labels))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.2 * len(models) + 0.3, 3.6), layout="constrained")
-        panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
-        for axes, (title, fit) in zip(panels, models, strict=True):
+        size = (4.2 * len(models) + 0.3, 0.8 + 2.8 * len(labels))
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(len(labels), len(models), sharex=True, sharey=True, squeeze=False)
+        for column, (title, fit) in zip(grid.T, models, strict=True):
             whole = ~np.isin(found.observed.blocks.specimen, list(fit.evidence.broken))
-            left, simulator = (100.0 * part[whole] for part in fit.remaining())
-            _residuals(axes, found.observed.at_mm[whole], left, simulator)
-            axes.set_title(textwrap.fill(title, TITLE_WIDTH), fontsize=10)
-        panels[0].set_ylabel("Measured minus fitted (% of peak force)")
-        panels[0].legend(fontsize=8, frameon=False)
+            left, simulator = (100.0 * part for part in fit.remaining())
+            for axes, label in zip(column, labels, strict=True):
+                rows = whole & (conditions == label)
+                if rows.any():
+                    _residuals(axes, found.observed.at_mm[rows], left[rows], simulator[rows])
+                axes.set_ylabel(label)
+                axes.label_outer()
+            column[0].set_title(textwrap.fill(title, TITLE_WIDTH), fontsize=10)
+        figure.supxlabel("Displacement (mm)", fontsize=10)
+        figure.supylabel("Measured minus fitted (% of peak force)", fontsize=10)
+        grid[0, 0].legend(fontsize=8, frameon=False)
     return figure
 
 
 def _residuals(axes: Axes, at_mm: Array, residuals: Array, simulator: Array) -> None:
     at, mean = at_mm.mean(axis=0), residuals.mean(axis=0)  # at equal shares of the range
-    band = 2.0 * residuals.std(axis=0, ddof=1) / len(residuals) ** 0.5
     axes.plot(at_mm.T, residuals.T, color=GREY, lw=0.5, alpha=0.6)
-    axes.fill_between(
-        at, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label="± 2 standard errors"
-    )
+    if len(residuals) > 1:
+        band = 2.0 * residuals.std(axis=0, ddof=1) / len(residuals) ** 0.5
+        label = "± 2 standard errors"
+        axes.fill_between(at, mean - band, mean + band, color=BLUE, alpha=0.25, lw=0, label=label)
     axes.plot(at, mean, color=BLUE, lw=2, label="mean of curves")
     label = "attributed to mesh and simulator"
     axes.plot(at, simulator.mean(axis=0), color=VERMILION, lw=1.5, ls="--", label=label)
     axes.axhline(0.0, color="k", lw=0.8)
-    axes.set_xlabel("Displacement (mm)")
 
 
 def anatomy_figure(found: Discovery, anatomy: Anatomy) -> Figure:

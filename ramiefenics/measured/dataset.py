@@ -21,6 +21,7 @@ from ramiefenics.measured.record import REDUCED, Record, read_record
 from ramiefenics.measured.records import same_record
 from ramiefenics.published import published_test
 from ramiefenics.published.citation import STUDY
+from ramiefenics.results.text import label_of
 from ramiefenics.specification import (
     BendingTest,
     SpecificationError,
@@ -117,6 +118,17 @@ class Dataset:
             (*(record.row[name] for name in columns), repr(record.test.protocol.then))
             for record in self.records
         )
+
+    @property
+    def condition_labels(self) -> tuple[str, ...]:
+        """Conditions of every record in words; empty for the loading where `tests.csv` has none."""
+        columns = [name for names in self.layout.tests.values() for name in listed(names)]
+        labels = []
+        for record in self.records:
+            told = [f"{label_of(name)} {record.row[name]}" for name in columns]
+            told += ["unloading"] if record.test.protocol.then else []
+            labels.append(", ".join(told))
+        return tuple(labels)
 
     def notes(self) -> list[str]:
         """Return notes on the parts of the records that are not compared."""
