@@ -2,9 +2,9 @@
 
     ./run python benchmarks/discovery.py [--cases N] [--kept]
 
-Takes six minutes for each case; two cases run at a time, each on one core. A case is made by the
-full simulator on a finer mesh, with stalks, a batch and places on the plant of its own, and handed
-to `ramiefenics discover`, a process that sees only the folder. Keeps finished cases in
+Takes ten to twenty minutes for each case; two cases run at a time, each on one core. A case is made
+by the full simulator on a finer mesh, with stalks, a batch and places on the plant of its own, and
+handed to `ramiefenics discover`, a process that sees only the folder. Keeps finished cases in
 `records/discovery.json`, and writes `docs/discovery_cases.md`. Every fourth case is held back until
 the end, when the program is no longer changed.
 """
@@ -99,7 +99,8 @@ def page(records: dict[str, dict[str, Any]]) -> str:
             "of the analysis (`MESH` in `ramiefenics.discovery.synthetic_curves`);",
             f"{len(LISTED)} suspects, those of [effects.md](effects.md) but",
             f"{', '.join(f'`{name}`' for name in EFFECTS if name not in SUSPECTS)}, of which a",
-            "single loading shows hardly anything that others do not. `named`: each hidden effect",
+            "single loading shows hardly anything that others do not.",
+            f"{len(records)} of {sum(NUMBERS.values())} cases so far. `named`: each hidden effect",
             "by itself or in a group, and nothing else. `wrong`: a single effect is named that was",
             "not hidden.",
             "",
