@@ -180,6 +180,37 @@ def test_what_finer_meshes_change_is_found_for_all_effects_together(
         assert sd == pytest.approx(limit()[1] * abs(last), rel=2e-3)
 
 
+class Uneven(Springs):
+    """Springs whose stiffness depends the more on the mesh the thicker the stalk."""
+
+    def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
+        coarse = max(self._stiffness.values())
+        found = []
+        for task, done in zip(tasks, super().map(tasks), strict=True):
+            power = task.test.stalk.outer_diameter_mm - 14.0
+            share = (self._stiffness[task.test.numerics.mesh] / coarse) ** power
+            curve = done.result()
+            found.append(Done(curve.assign(force_N=curve["force_N"] * share)))
+        return found
+
+
+def test_what_meshes_change_in_another_stalk_is_not_taken_for_that_by_an_effect(
+    springs: Springs,
+) -> None:
+    """The stalk in the middle stands for the others, and the effect changes no forces."""
+    tests = [rf.ramie(outer, 7.4, 0.67) for outer in (13.8, 14.4, 15.0)]
+    tests = [rf.override(test, ["numerics.mesh=screening"]) for test in tests]
+    at = np.tile(AT_MM, (3, 1))
+    seen = Observed(at, np.ones_like(at), np.ones(3), Blocks.of("ABC", len(AT_MM)))
+    predictor = Predictor(tests, seen, Uneven(springs._stiffness, springs._modulus_MPa))
+    plain = Model(factors(tests[0], ["xylem.axial"]), np.zeros((3, 1)))
+    damage = rf.EFFECTS["fibre_damage"]
+    damaged = plain.changed(damage, damage.typical)
+    found, without = predictor.linearise(damaged, {}), predictor.linearise(plain, {})
+    assert np.abs(without.mesh_correction).min() > 0.0
+    assert np.allclose(found.mesh_correction, without.mesh_correction, rtol=1e-9)
+
+
 def test_a_kink_is_read_as_on_a_measured_curve(
     screening: rf.BendingTest, predictor: Predictor
 ) -> None:

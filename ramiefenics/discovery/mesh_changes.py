@@ -36,8 +36,9 @@ class MeshChanges:
     afterwards, to the extrapolated forces. What effects add to the changes is found for all effects
     of a model together, at their amplitudes, because it is not the sum of what each adds: damaged
     fibres in a stalk that pith keeps from flattening are strained far more than in a hollow one,
-    and the more the finer the mesh. It is found on the first curve on which they act, on the finest
-    mesh only where that is `AFFORDABLE`.
+    and the more the finer the mesh. It is found on one curve on which they act, as the difference
+    from the changes of the same curve without them, on the finest mesh only where that is
+    `AFFORDABLE`.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ class MeshChanges:
     def of(self, tests: Sequence[BendingTest], runs: Mapper) -> MeshChanges:
         """Return the same changes for other specifications; those by effects are found anew."""
         other = MeshChanges(tests, self._at, self._task, runs)
-        other._without = self._without
+        other._without, other._chosen = self._without, self._chosen
         return other
 
     @cached_property
@@ -75,15 +76,22 @@ class MeshChanges:
         """
         return self._changes_of(self._tests, self._at, meshes=3)
 
+    @cached_property
+    def _chosen(self) -> list[int]:
+        """Indices of the curves whose changes without effects are their own."""
+        return self._on_meshes(self._tests, 2)[0].chosen
+
     def learn(self, model: Model) -> None:
         """Find what the effects of a model, at its amplitudes, add to the changes."""
         if self._knows(model):
             return
         more = np.zeros_like(self._without)
-        for curves, changed in self._changed(model):
-            first, meshes = curves[0], _meshes_for(changed)
-            found = self._changes_of([changed], self._at[[first]], meshes)
-            more[: meshes - 1, curves] = found - self._without[: meshes - 1, [first]]
+        for curves, one, changed in self._changed(model):
+            at, meshes = self._at[[one]], _meshes_for(changed)
+            own = self._without[:, [one]]
+            if one not in self._chosen:
+                own = self._changes_of([self._tests[one]], at, 3)
+            more[: meshes - 1, curves] = self._changes_of([changed], at, meshes) - own[: meshes - 1]
         self._more[frozenset(model.effects)] = (_amplitudes(model), more)
 
     def _knows(self, model: Model) -> bool:
@@ -93,15 +101,19 @@ class MeshChanges:
             math.isclose(now[name], known[name], rel_tol=ALIKE) for name in now
         )
 
-    def _changed(self, model: Model) -> Iterator[tuple[list[int], BendingTest]]:
-        """Return curves on which the same effects act, and the first of them with these effects."""
+    def _changed(self, model: Model) -> Iterator[tuple[list[int], int, BendingTest]]:
+        """Return curves on which the same effects act, one of them, and that with these effects.
+
+        It is one whose changes without effects are its own, if there is one.
+        """
         effects = [effect for effect, _ in model.effects.values()]
         acting: dict[tuple[bool, ...], list[int]] = {}
         for i, test in enumerate(self._tests):
             acting.setdefault(tuple(effect.acts_on(test) for effect in effects), []).append(i)
         for which, curves in acting.items():
             if any(which):
-                yield curves, model.test(self._tests[curves[0]], np.zeros(len(model.factors)))
+                one = next((i for i in curves if i in self._chosen), curves[0])
+                yield curves, one, model.test(self._tests[one], np.zeros(len(model.factors)))
 
     def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array, meshes: int) -> Array:
         """Return relative changes of forces on finer meshes, each beyond the one before.
@@ -132,8 +144,10 @@ class MeshChanges:
         """Return the tasks on several meshes that a model is about to need."""
         wanted = [] if "_without" in self.__dict__ else self._on_meshes(self._tests, 3)[1]
         if not self._knows(model):
-            for _, changed in self._changed(model):
+            for _, one, changed in self._changed(model):
                 wanted += self._on_meshes([changed], _meshes_for(changed))[1]
+                if one not in self._chosen:
+                    wanted += self._on_meshes([self._tests[one]], 3)[1]
         return wanted
 
     def _with(self, model: Model) -> Array:
