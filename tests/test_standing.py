@@ -190,6 +190,23 @@ def test_moduli_in_proportion_and_the_machine_need_no_simulation(
         assert curve["force_N"].to_numpy() == pytest.approx(1.2 * beam(test)["force_N"].to_numpy())
 
 
+def test_factors_on_the_moduli_of_each_stalk_are_not_carried_over(
+    stalks: list[rf.BendingTest],
+) -> None:
+    """The stalks come from places of their own, and the indenter is off centre besides."""
+    off = ["fixture.indenter_offset_mm=7", "numerics.domain=half", "fixture.friction.static=0.9"]
+    changed = [
+        rf.override(test, [*off, "stalk.stiffness_gradient_per_m=0.5", f"stalk.position_mm={mm}"])
+        for test, mm in zip(stalks, (-400.0, 300.0, 100.0, 0.0), strict=True)
+    ]
+    carried = Carried.of(stalks, changed)
+    assert sorted(carried.represented) == [2, 3]
+    found = changed_curves([beam(test) for test in stalks], stalks, changed, beam)
+    for curve, test in zip(found, changed, strict=True):
+        # of second order in 0.02, the half range of the diameters
+        assert curve["force_N"].to_numpy() == pytest.approx(beam(test)["force_N"], rel=4e-4)
+
+
 def test_a_changed_stalk_that_does_not_reach_the_end_is_refused(
     stalks: list[rf.BendingTest],
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -58,12 +59,18 @@ class Represented:
         Their indices.
     sizes
         Changes relative to that of the representative, shape (n,).
+    factors
+        Factors by which their forces change with all of their moduli, shape (n,).
+    factor
+        That of the representative.
     before, after
         What leads from the representative to these stalks before and after the change.
     """
 
     stalks: tuple[int, ...]
     sizes: Array
+    factors: Array
+    factor: float
     before: Nearby
     after: Nearby
 
@@ -78,7 +85,9 @@ class Represented:
             at = np.array([places[i][part].at for i in stalks])
             apart = at - places[first][part].at - excess
             nearby.append(Nearby.of(places[first][part].paths, apart, np.abs(at).max(axis=0)))
-        return cls(tuple(stalks), sizes, *nearby)
+        factors = np.exp([places[i][1].log_factor - places[i][0].log_factor for i in stalks])
+        factor = math.exp(places[first][1].log_factor - places[first][0].log_factor)
+        return cls(tuple(stalks), sizes, factors, factor, *nearby)
 
     def ratios(self, before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
         """Return displacements, mm, and the ratios of the forces of all stalks there, (n, m).
@@ -89,7 +98,8 @@ class Represented:
             Curves of the representative.
         """
         x, share = change_of(*_as_far(before, after))
-        ratios = 1.0 + self.sizes[:, None] * share
+        share = (1.0 + share) / self.factor - 1.0
+        ratios = self.factors[:, None] * (1.0 + self.sizes[:, None] * share)
         if self.before.known(before) and self.after.known(after):
             ratios *= np.exp(self.after.changes(after, x) - self.before.changes(before, x))
         return x, ratios

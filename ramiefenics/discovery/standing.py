@@ -32,9 +32,6 @@ ALIKE = 0.1
 LARGER = 2.0
 """Largest ratio between the sizes of two changes."""
 
-ROUNDING = 1e-9
-"""Difference of logarithms below which these count as equal."""
-
 
 @dataclass(frozen=True)
 class Place:
@@ -191,19 +188,18 @@ def _from_the_middle(places: Sequence[Place]) -> list[int]:
 
 
 def _size(of: tuple[Place, Place], to: tuple[Place, Place]) -> float | None:
-    """Return the size of one change relative to another; None if that does not stand for it."""
+    """Return the size of one change relative to another; None if that does not stand for it.
+
+    A factor on all forces is left out, as it is known without any simulation.
+    """
     (before, after), (other_before, other_after) = of, to
     if not before.near(other_before) or not after.same_kind(other_after):
         return None
-    scaled, other_scaled = (b.log_factor - a.log_factor for a, b in (of, to))
     if before.paths != after.paths:  # the numbers are not the same ones
-        alike = abs(scaled - other_scaled) < ROUNDING and after.near(other_after)
-        return 1.0 if alike else None
+        return 1.0 if after.near(other_after) else None
     change, other = after.at - before.at, other_after.at - other_before.at
     if not other.any():  # more than numbers changes, or no simulation is needed
-        alike = not change.any() and scaled == other_scaled
-        return 1.0 if alike and after.rest != before.rest else None
-    change, other = np.append(change, scaled), np.append(other, other_scaled)
+        return 1.0 if not change.any() and after.rest != before.rest else None
     size = float(change @ other / (other @ other))
     apart = np.linalg.norm(change - size * other)
     alike = 1.0 / LARGER < size < LARGER and apart <= ALIKE * np.linalg.norm(change)
