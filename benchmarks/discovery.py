@@ -2,7 +2,7 @@
 
     ./run python benchmarks/discovery.py [--cases N] [--kept]
 
-Takes ten to twenty minutes for each case; two cases run at a time, each on one core. A case is made
+Takes two to thirty minutes for each case; two cases run at a time, each on one core. A case is made
 by the full simulator on a finer mesh, with stalks, a batch and places on the plant of its own, and
 handed to `ramiefenics discover`, a process that sees only the folder. Keeps finished cases in
 `records/discovery.json`, and writes `docs/discovery_cases.md`. Every fourth case is held back until

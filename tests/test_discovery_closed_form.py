@@ -162,6 +162,8 @@ def test_two_names_of_one_thing_are_not_told_apart(tmp_path: Path) -> None:
     assert found.verdict == "ambiguous"
     assert set(found.causes) == {COMPLIANCE.name, MOUNTING.name}
     assert found.next_experiment == "alone"  # no test can distinguish an effect from itself
+    (axes,) = found.plot("next").axes
+    assert max(abs(bar.get_width()) for bar in axes.patches) < 1e-6
 
 
 def test_what_no_suspect_explains_is_unknown(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -59,18 +58,12 @@ class Represented:
         Their indices.
     sizes
         Changes relative to that of the representative, shape (n,).
-    factors
-        Factors by which their forces change with all of their moduli, shape (n,).
-    factor
-        That of the representative.
     before, after
         What leads from the representative to these stalks before and after the change.
     """
 
     stalks: tuple[int, ...]
     sizes: Array
-    factors: Array
-    factor: float
     before: Nearby
     after: Nearby
 
@@ -85,21 +78,24 @@ class Represented:
             at = np.array([places[i][part].at for i in stalks])
             apart = at - places[first][part].at - excess
             nearby.append(Nearby.of(places[first][part].paths, apart, np.abs(at).max(axis=0)))
-        factors = np.exp([places[i][1].log_factor - places[i][0].log_factor for i in stalks])
-        factor = math.exp(places[first][1].log_factor - places[first][0].log_factor)
-        return cls(tuple(stalks), sizes, factors, factor, *nearby)
+        return cls(tuple(stalks), sizes, *nearby)
 
-    def ratios(self, before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
+    def ratios(
+        self, before: pd.DataFrame, after: pd.DataFrame, factor: float
+    ) -> tuple[Array, Array]:
         """Return displacements, mm, and the ratios of the forces of all stalks there, (n, m).
+
+        Factors on all moduli, which are each stalk's own, are left out of the ratios.
 
         Parameters
         ----------
         before, after
             Curves of the representative.
+        factor
+            Change of its forces by such a factor.
         """
         x, share = change_of(*_as_far(before, after))
-        share = (1.0 + share) / self.factor - 1.0
-        ratios = self.factors[:, None] * (1.0 + self.sizes[:, None] * share)
+        ratios = 1.0 + self.sizes[:, None] * ((1.0 + share) / factor - 1.0)
         if self.before.known(before) and self.after.known(after):
             ratios *= np.exp(self.after.changes(after, x) - self.before.changes(before, x))
         return x, ratios
@@ -173,7 +169,7 @@ class Carried:
         ]
         for first, represented in self.represented.items():
             before, after = simulated[first]
-            x, ratios = represented.ratios(before, after)
+            x, ratios = represented.ratios(before, after, 1.0 + self.scaling[first])
             names = curves[first].columns.intersection(before.columns).intersection(after.columns)
             more = {
                 str(name): _relative_slope(after, name, x) - _relative_slope(before, name, x)
@@ -181,7 +177,7 @@ class Carried:
             }
             for i, ratio in zip(represented.stalks, ratios, strict=True):
                 at = curves[i]["displacement_mm"].to_numpy()
-                whole = curves[i].drop(columns="displacement_mm")
+                whole = found[i].drop(columns="displacement_mm")
                 whole = whole.mul(np.interp(at, x, ratio), axis=0)
                 for name, slope in more.items():
                     whole[name] += whole["force_N"] * np.interp(at, x, slope)
