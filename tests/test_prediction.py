@@ -1,6 +1,7 @@
 """Recorded forces, their derivatives and fits, for linear springs with closed solutions."""
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -137,21 +138,42 @@ def test_meshes_explain_no_more_than_finer_ones_show(
 
 
 class Sensitive(Springs):
-    """Springs whose stiffness depends more on the mesh where two effects are present together."""
+    """Springs whose stiffness depends on the mesh with a power above one.
+
+    Parameters
+    ----------
+    springs
+        Springs with a power of one.
+    power
+        Returns what is added to the power for a test.
+    """
+
+    def __init__(self, springs: Springs, power: Callable[[rf.BendingTest], float]) -> None:
+        super().__init__(springs._stiffness, springs._modulus_MPa)
+        self._power = power
 
     def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
         coarse = max(self._stiffness.values())
         found = []
         for task, done in zip(tasks, super().map(tasks), strict=True):
-            share = (self._stiffness[task.test.numerics.mesh] / coarse) ** together(task.test)
+            relative = self._stiffness[task.test.numerics.mesh] / coarse
             curve = done.result()
-            found.append(Done(curve.assign(force_N=curve["force_N"] * share)))
+            force = curve["force_N"] * relative ** self._power(task.test)
+            found.append(Done(curve.assign(force_N=force)))
         return found
 
 
+def damage_of(test: rf.BendingTest) -> float:
+    return test.stalk.layers[0].material.large_strain.fibre_damage
+
+
 def together(test: rf.BendingTest) -> float:
-    law = test.stalk.layers[0].material.large_strain
-    return 5.0 * law.fibre_damage * law.bimodularity
+    return 5.0 * damage_of(test) * test.stalk.layers[0].material.large_strain.bimodularity
+
+
+def extrapolated(power: float) -> float:
+    """Return the force extrapolated from three meshes, relative to that on the coarsest."""
+    return FINER**power + limit()[0] * (FINEST**power - FINER**power)
 
 
 def test_what_finer_meshes_change_is_found_for_all_effects_together(
@@ -159,7 +181,7 @@ def test_what_finer_meshes_change_is_found_for_all_effects_together(
 ) -> None:
     effects = {name: rf.EFFECTS[name] for name in ("fibre_damage", "bimodular_fibre")}
     there = {name: (effect, effect.typical) for name, effect in effects.items()}
-    runs = Sensitive(springs._stiffness, springs._modulus_MPa)
+    runs = Sensitive(springs, together)
     travel = np.linspace(0.5, 6.0, 331)  # so close that curves are straight in each reading
     predictor = Predictor([screening], observed(travel), runs)
     model = Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1)))
@@ -169,29 +191,14 @@ def test_what_finer_meshes_change_is_found_for_all_effects_together(
     model = dataclasses.replace(model, effects=there)
     power = 1.0 + together(model.test(screening, np.zeros(1)))
     last = FINEST**power - FINER**power
-    extrapolated = FINER**power + limit()[0] * last
     roughly = predictor.linearise(model, effects, roughly=True)
     for found in (predictor.confirm(roughly), predictor.linearise(model, effects)):
         on_mesh = found.force[0] - found.mesh_correction[0]
-        assert found.force[0] == pytest.approx(extrapolated * on_mesh, rel=1e-9)
+        assert found.force[0] == pytest.approx(extrapolated(power) * on_mesh, rel=1e-9)
         relative = found.by_mesh[0] / found.force[0]
         # the finite differences are a thousandth
         sd = np.sqrt((relative**2).sum(axis=0).mean())
         assert sd == pytest.approx(limit()[1] * abs(last), rel=2e-3)
-
-
-class Uneven(Springs):
-    """Springs whose stiffness depends the more on the mesh the thicker the stalk."""
-
-    def map(self, tasks: list) -> list[Done[pd.DataFrame]]:
-        coarse = max(self._stiffness.values())
-        found = []
-        for task, done in zip(tasks, super().map(tasks), strict=True):
-            power = task.test.stalk.outer_diameter_mm - 14.0
-            share = (self._stiffness[task.test.numerics.mesh] / coarse) ** power
-            curve = done.result()
-            found.append(Done(curve.assign(force_N=curve["force_N"] * share)))
-        return found
 
 
 def test_what_meshes_change_in_another_stalk_is_not_taken_for_that_by_an_effect(
@@ -202,13 +209,36 @@ def test_what_meshes_change_in_another_stalk_is_not_taken_for_that_by_an_effect(
     tests = [rf.override(test, ["numerics.mesh=screening"]) for test in tests]
     at = np.tile(AT_MM, (3, 1))
     seen = Observed(at, np.ones_like(at), np.ones(3), Blocks.of("ABC", len(AT_MM)))
-    predictor = Predictor(tests, seen, Uneven(springs._stiffness, springs._modulus_MPa))
+    uneven = Sensitive(springs, lambda test: test.stalk.outer_diameter_mm - 14.0)
+    predictor = Predictor(tests, seen, uneven)
     plain = Model(factors(tests[0], ["xylem.axial"]), np.zeros((3, 1)))
     damage = rf.EFFECTS["fibre_damage"]
     damaged = plain.changed(damage, damage.typical)
     found, without = predictor.linearise(damaged, {}), predictor.linearise(plain, {})
     assert np.abs(without.mesh_correction).min() > 0.0
     assert np.allclose(found.mesh_correction, without.mesh_correction, rtol=1e-9)
+
+
+def test_what_an_effect_adds_to_mesh_changes_is_found_for_each_span(springs: Springs) -> None:
+    stalk = rf.override(rf.ramie(14.4, 7.4, 0.67), ["numerics.mesh=screening"])
+    tests = [rf.override(stalk, [f"fixture.span_mm={span}"]) for span in (100.0, 70.0)]
+
+    def power(test: rf.BendingTest) -> float:
+        return damage_of(test) * test.fixture.span_mm
+
+    travel = np.linspace(0.5, 6.0, 331)  # so close that curves are straight in each reading
+    at = np.tile(travel, (2, 1))
+    seen = Observed(at, np.ones_like(at), np.ones(2), Blocks.of("AA", len(travel)))
+    predictor = Predictor(tests, seen, Sensitive(springs, power))
+    damage = rf.EFFECTS["fibre_damage"]
+    plain = Model(factors(tests[0], ["xylem.axial"]), np.zeros((1, 1)))
+    model = plain.changed(damage, damage.typical)
+    found = predictor.linearise(model, {})
+    for test, force, correction in zip(
+        predictor.tests(model), found.force, found.mesh_correction, strict=True
+    ):
+        expected = extrapolated(1.0 + power(test))
+        assert force == pytest.approx(expected * (force - correction), rel=1e-9)
 
 
 def test_a_kink_is_read_as_on_a_measured_curve(

@@ -17,6 +17,7 @@ from ramiefenics.discovery.meshes import finer, limit, on_mesh
 from ramiefenics.discovery.standing import Place, Standing, change_of
 from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, Machine
+from ramiefenics.specification.cylinder import Arrangement
 
 Amplitudes: TypeAlias = dict[str, float]
 
@@ -36,9 +37,9 @@ class MeshChanges:
     afterwards, to the extrapolated forces. What effects add to the changes is found for all effects
     of a model together, at their amplitudes, because it is not the sum of what each adds: damaged
     fibres in a stalk that pith keeps from flattening are strained far more than in a hollow one,
-    and the more the finer the mesh. It is found on one curve on which they act, as the difference
-    from the changes of the same curve without them, on the finest mesh only where that is
-    `AFFORDABLE`.
+    and the more the finer the mesh. It is found on one curve of each fixture on which they act, as
+    the difference from the changes of the same curve without them, on the finest mesh only where
+    that is `AFFORDABLE`.
 
     Parameters
     ----------
@@ -104,16 +105,18 @@ class MeshChanges:
     def _changed(self, model: Model) -> Iterator[tuple[list[int], int, BendingTest]]:
         """Return curves on which the same effects act, one of them, and that with these effects.
 
-        It is one whose changes without effects are its own, if there is one.
+        All are of the same fixture. It is one whose changes without effects are its own, if there
+        is one.
         """
         effects = [effect for effect, _ in model.effects.values()]
-        acting: dict[tuple[bool, ...], list[int]] = {}
+        acting: dict[tuple[Arrangement, tuple[bool, ...]], list[int]] = {}
         for i, test in enumerate(self._tests):
-            acting.setdefault(tuple(effect.acts_on(test) for effect in effects), []).append(i)
-        for which, curves in acting.items():
+            which = tuple(effect.acts_on(test) for effect in effects)
             if any(which):
-                one = next((i for i in curves if i in self._chosen), curves[0])
-                yield curves, one, model.test(self._tests[one], np.zeros(len(model.factors)))
+                acting.setdefault((test.fixture, which), []).append(i)
+        for curves in acting.values():
+            one = next((i for i in curves if i in self._chosen), curves[0])
+            yield curves, one, model.test(self._tests[one], np.zeros(len(model.factors)))
 
     def _changes_of(self, tests: Sequence[BendingTest], at_mm: Array, meshes: int) -> Array:
         """Return relative changes of forces on finer meshes, each beyond the one before.
