@@ -21,9 +21,9 @@ from ramiefenics.specification.cylinder import Arrangement
 
 Amplitudes: TypeAlias = dict[str, float]
 
-ALIKE = 0.1
+ALIKE = 0.2
 """Difference of amplitudes, relative to the larger one, up to which what effects add to the changes
-is taken to be the same."""
+is taken to be the same. Typical amplitudes add up to 1 % of the force, a few tenths on average."""
 
 AFFORDABLE = "quarter"
 """Domain of stalks with effects that are simulated on the finest mesh. A larger one takes minutes,

@@ -210,8 +210,7 @@ class Search:
             if number > 1 and reached.score < max(others, default=-math.inf) - CLOSE:
                 break  # learned curves had made it seem better than it is
             try:
-                if not reached.fitted.steady:
-                    reached = self._moved(names, reached.fitted)
+                reached = self._settled(names, reached)
                 curves = self._fitter.confirm(reached.fitted.curves, CLOSE_TOLERANCE)
             except SpecificationError as error:
                 log.info("the set %s cannot be fitted any better: %s", names, error)
@@ -226,6 +225,19 @@ class Search:
             reached.score,
         )
         return self.sets.bounded(dataclasses.replace(reached, finished=True))
+
+    def _settled(self, names: Names, reached: Reached) -> Reached:
+        """Move a set until it is steady, as each move needs only a few simulations."""
+        for number in range(ROUNDS):
+            if reached.fitted.steady:
+                break
+            try:
+                reached = self._moved(names, reached.fitted)
+            except SpecificationError:
+                if not number:
+                    raise
+                break
+        return reached
 
     def _moved(self, names: Names, fitted: Fitted) -> Reached:
         """Simulate a set near where it fits."""
