@@ -21,9 +21,9 @@ from record import DOCS, read_record, table, write_record
 
 from ramiefenics import SpecificationWarning, read_dataset
 from ramiefenics.discovery.anatomy import Anatomist
-from ramiefenics.discovery.fitting import Fitter
-from ramiefenics.discovery.observed import observe
-from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.curves.observed import observe
+from ramiefenics.discovery.curves.prediction import Predictor
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.synthetic import HEIGHTS_MM, Secret, make_dataset
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION

@@ -21,7 +21,7 @@ import pandas as pd
 
 import ramiefenics as rf
 from ramiefenics.calibration import study as calibration
-from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.curves.observed import observe
 from ramiefenics.measured.readers.base import Reader
 from ramiefenics.model.laws import Law
 from ramiefenics.specification.explained import keys

@@ -96,7 +96,7 @@ def page(records: dict[str, dict[str, Any]]) -> str:
             "",
             "Made by `./run python benchmarks/discovery.py`; [discovery.md](discovery.md) has the",
             "method. Eight stalks each, simulated on a mesh finer than those",
-            "of the analysis (`MESH` in `ramiefenics.discovery.synthetic_curves`);",
+            "of the analysis (`MESH` in `ramiefenics.discovery.synthetic.curves`);",
             f"{len(LISTED)} suspects, those of [effects.md](effects.md) but",
             f"{', '.join(f'`{name}`' for name in EFFECTS if name not in SUSPECTS)}, of which a",
             "single loading shows hardly anything that others do not.",

@@ -20,15 +20,20 @@ import numpy as np
 from cases import Case, by_effect, cases, confusion, figure
 from record import DOCS, read_record, write_record
 
-from ramiefenics.discovery.bootstrap import p_value_of_effect, p_value_of_misfit
-from ramiefenics.discovery.broken import find_broken
-from ramiefenics.discovery.causes import find_causes
-from ramiefenics.discovery.evidence import Evidence, Suspect
-from ramiefenics.discovery.fit import Fit
-from ramiefenics.discovery.fit_scatter import fit_scatter
-from ramiefenics.discovery.power import predicted_evidence, repeated
-from ramiefenics.discovery.scatter import Scatter
-from ramiefenics.discovery.verdict import IMPROBABLE, SIGNIFICANCE, decide, resting_on_one
+from ramiefenics.discovery.planning.power import predicted_evidence, repeated
+from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect, p_value_of_misfit
+from ramiefenics.discovery.statistics.broken import find_broken
+from ramiefenics.discovery.statistics.causes import find_causes
+from ramiefenics.discovery.statistics.evidence import Evidence, Suspect
+from ramiefenics.discovery.statistics.fit import Fit
+from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
+from ramiefenics.discovery.statistics.scatter import Scatter
+from ramiefenics.discovery.statistics.verdict import (
+    IMPROBABLE,
+    SIGNIFICANCE,
+    decide,
+    resting_on_one,
+)
 from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.published import published_test
 from ramiefenics.runs import Runs, workers

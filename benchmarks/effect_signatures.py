@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from record import DOCS, write_record
 
 from ramiefenics import BendingTest, SpecificationError, SpecificationWarning, override
-from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.curves.factors import factors
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.published.stalks import ramie
 from ramiefenics.results.style import BLUE, GREY, SKY, STYLE, VERMILION

@@ -22,13 +22,13 @@ from cases import Case, named
 from discovery_statistics import DRIFT, FIT_SD, NOISE_LENGTH, OWN, STALKS, draw, run, visible
 from record import DOCS, read_record, table, write_record
 
-from ramiefenics.discovery.bootstrap import p_value_of_effect
-from ramiefenics.discovery.evidence import Evidence
-from ramiefenics.discovery.findings import with_space
-from ramiefenics.discovery.fit_scatter import fit_scatter
-from ramiefenics.discovery.plan import UNLOADED
-from ramiefenics.discovery.power import POWER, Design, power, predicted_evidence, repeated
-from ramiefenics.discovery.verdict import SIGNIFICANCE
+from ramiefenics.discovery.planning.plan import UNLOADED
+from ramiefenics.discovery.planning.power import POWER, Design, power, predicted_evidence, repeated
+from ramiefenics.discovery.report.findings import with_space
+from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect
+from ramiefenics.discovery.statistics.evidence import Evidence
+from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
+from ramiefenics.discovery.statistics.verdict import SIGNIFICANCE
 from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.measured.changes import changed
 from ramiefenics.published import published_test

@@ -33,7 +33,7 @@ from ramiefenics import (
     published_test,
     simulate,
 )
-from ramiefenics.discovery.meshes import finer, on_mesh
+from ramiefenics.discovery.curves.meshes import finer, on_mesh
 
 RECIPES = ("screening", "standard", "fine")
 SHARES = (2, 4, 8, 14)

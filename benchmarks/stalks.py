@@ -32,8 +32,8 @@ from matplotlib.figure import Figure
 from record import DOCS, WORKERS, read_record, write_record
 
 from ramiefenics import SpecificationWarning, discover, ramie
-from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.meshes import on_mesh
+from ramiefenics.discovery.curves.blocks import Array
+from ramiefenics.discovery.curves.meshes import on_mesh
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION

@@ -14,8 +14,8 @@ from .discovery import (
     Discovery as Discovery,
     discover as discover,
 )
-from .discovery.plan import Plan as Plan, plan as plan
-from .discovery.power import Design as Design
+from .discovery.planning.plan import Plan as Plan, plan as plan
+from .discovery.planning.power import Design as Design
 from .effects import (
     EFFECTS as EFFECTS,
     SUSPECTS as SUSPECTS,

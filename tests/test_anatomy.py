@@ -14,10 +14,10 @@ from scipy.integrate import cumulative_trapezoid
 
 import ramiefenics as rf
 from ramiefenics.discovery.anatomy import Anatomist, Learned
-from ramiefenics.discovery.fitting import Fitter
-from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.curves.observed import observe
+from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.places import places
-from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws.free_form import PULLED, STRAINS
 

@@ -17,9 +17,9 @@ import pytest
 import tomli_w
 
 import ramiefenics as rf
-from ramiefenics.discovery.factors import Factor, factors
-from ramiefenics.discovery.meshes import finer
-from ramiefenics.discovery.observed import recorded
+from ramiefenics.discovery.curves.factors import Factor, factors
+from ramiefenics.discovery.curves.meshes import finer
+from ramiefenics.discovery.curves.observed import recorded
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws import LAWS
 from ramiefenics.runs import Runs, workers

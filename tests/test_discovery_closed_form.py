@@ -15,9 +15,9 @@ from folders import check_folder, check_print
 from formula import Formula
 
 import ramiefenics as rf
-from ramiefenics.discovery.fitting import Fitted, Fitter
-from ramiefenics.discovery.linearised import Linearised, Model
-from ramiefenics.discovery.prediction import Predictor
+from ramiefenics.discovery.curves.linearised import Linearised, Model
+from ramiefenics.discovery.curves.prediction import Predictor
+from ramiefenics.discovery.search.fitting import Fitted, Fitter
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
 from ramiefenics.runs.curve import CurveTask
 
@@ -119,7 +119,9 @@ def test_a_baseline_that_jumps_where_it_fits_is_kept_as_screened(
         return move(self, fitted, effects)
 
     monkeypatch.setattr(Fitter, "move", only_with_effects)
-    monkeypatch.setattr("ramiefenics.discovery.fitting.ROUNDS", 1)  # the first fit is not steady
+    monkeypatch.setattr(
+        "ramiefenics.discovery.search.fitting.ROUNDS", 1
+    )  # the first fit is not steady
     make_dataset(tmp_path, Secret(GAP, 1.0), 22, Formula())
     found = discover_among(tmp_path, GAP, COMPLIANCE)
     assert found.causes == (GAP.name,)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.findings import findings
-from ramiefenics.discovery.gain import Gain
-from ramiefenics.discovery.hidden import Limit
 from ramiefenics.discovery.places import places
-from ramiefenics.discovery.verdict import INDIFFERENT, decide
+from ramiefenics.discovery.report.findings import findings
+from ramiefenics.discovery.statistics.gain import Gain
+from ramiefenics.discovery.statistics.hidden import Limit
+from ramiefenics.discovery.statistics.verdict import INDIFFERENT, decide
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
 GROUPS = {"cause": (("taper",),), "ambiguous": (("taper", "pith_core"),)}

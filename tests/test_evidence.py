@@ -10,22 +10,40 @@ import pytest
 from scipy.stats import multivariate_normal
 
 import ramiefenics as rf
-from ramiefenics.discovery import bootstrap
-from ramiefenics.discovery.blocks import Blocks
-from ramiefenics.discovery.broken import find_broken
-from ramiefenics.discovery.causes import all_sets, find_causes, log_evidence_gains, log_priors
-from ramiefenics.discovery.evidence import (
+from ramiefenics.discovery.curves.blocks import Blocks
+from ramiefenics.discovery.statistics import bootstrap
+from ramiefenics.discovery.statistics.broken import find_broken
+from ramiefenics.discovery.statistics.causes import (
+    all_sets,
+    find_causes,
+    log_evidence_gains,
+    log_priors,
+)
+from ramiefenics.discovery.statistics.evidence import (
     BROKEN,
     DRIFT_LENGTH,
     WHITE,
     Evidence,
     Suspect,
 )
-from ramiefenics.discovery.fit import Fit
-from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence, log_evidence_slope
-from ramiefenics.discovery.gain import measure_gain
-from ramiefenics.discovery.hidden import cosines, limits
-from ramiefenics.discovery.scatter import ALIKE, DRIFT, LENGTH, NOISE, OWN, SPREAD, Scatter
+from ramiefenics.discovery.statistics.fit import Fit
+from ramiefenics.discovery.statistics.fit_scatter import (
+    fit_scatter,
+    log_evidence,
+    log_evidence_slope,
+)
+from ramiefenics.discovery.statistics.gain import measure_gain
+from ramiefenics.discovery.statistics.hidden import cosines, limits
+from ramiefenics.discovery.statistics.scatter import (
+    ALIKE,
+    DRIFT,
+    LENGTH,
+    NOISE,
+    OWN,
+    SPREAD,
+    Scatter,
+)
+from ramiefenics.discovery.statistics.verdict import resting_on_one
 
 M, FACTOR_SD = 16, 0.1
 X = (np.arange(M) + 1.0) / M
@@ -136,6 +154,14 @@ def test_all_that_is_there_is_found_and_nothing_else(hidden):
     assert set(causes.best) == set(hidden)
     assert causes.none == pytest.approx(0.0 if hidden else 1.0, abs=0.3)
     assert causes.probability.sum() == pytest.approx(1.0)
+
+
+def test_a_part_that_cannot_be_simulated_does_not_make_a_set_rest_on_one_specimen():
+    found = evidence({"swing": 1.0, "ripple": 1.0}, seed=5)
+    causes = find_causes(found, impossible=[("swing",)])
+    assert set(causes.best) == {"swing", "ripple"}
+    assert causes.gain(["swing"]) == -np.inf
+    assert resting_on_one(Fit(found, causes.best, causes.scatter), causes) == {}
 
 
 def test_two_names_of_one_thing_make_a_group():

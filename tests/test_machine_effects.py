@@ -8,7 +8,7 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.calibration.responses import response
-from ramiefenics.discovery.observed import recorded
+from ramiefenics.discovery.curves.observed import recorded
 from ramiefenics.effects.combining import with_effects
 
 STIFFNESS_N_PER_MM = 20.0

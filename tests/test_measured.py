@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.curves.observed import observe
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 

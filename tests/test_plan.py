@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 import ramiefenics as rf
 from ramiefenics.cli import app
-from ramiefenics.discovery.bootstrap import p_value_of_effect
-from ramiefenics.discovery.fit_scatter import fit_scatter
-from ramiefenics.discovery.power import Design, power, predicted_evidence, repeated
-from ramiefenics.discovery.scatter import Scatter
-from ramiefenics.discovery.verdict import SIGNIFICANCE
+from ramiefenics.discovery.planning.power import Design, power, predicted_evidence, repeated
+from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect
+from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
+from ramiefenics.discovery.statistics.scatter import Scatter
+from ramiefenics.discovery.statistics.verdict import SIGNIFICANCE
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask
 

@@ -12,14 +12,14 @@ from formula import Formula
 from mpi4py import MPI
 
 import ramiefenics as rf
-from ramiefenics.discovery.blocks import Blocks
-from ramiefenics.discovery.factors import factors
-from ramiefenics.discovery.fitting import Fitted, Fitter
-from ramiefenics.discovery.linearised import Linearised, Model
-from ramiefenics.discovery.meshes import finer, limit
-from ramiefenics.discovery.observed import Observed, observe
-from ramiefenics.discovery.prediction import Predictor
-from ramiefenics.discovery.signatures import Along
+from ramiefenics.discovery.curves.blocks import Blocks
+from ramiefenics.discovery.curves.factors import factors
+from ramiefenics.discovery.curves.linearised import Linearised, Model
+from ramiefenics.discovery.curves.meshes import finer, limit
+from ramiefenics.discovery.curves.observed import Observed, observe
+from ramiefenics.discovery.curves.prediction import Predictor
+from ramiefenics.discovery.curves.signatures import Along
+from ramiefenics.discovery.search.fitting import Fitted, Fitter
 from ramiefenics.discovery.synthetic import make_dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done

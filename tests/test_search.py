@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from ramiefenics.discovery.fitted_sets import Names, Reached
-from ramiefenics.discovery.search import Search
+from ramiefenics.discovery.search.fitted_sets import Names, Reached
+from ramiefenics.discovery.search.search import Search
 
 
 def reached(names: Names, score: float, finished: bool = False) -> Reached:

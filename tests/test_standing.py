@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.changed_curves import Carried, following
-from ramiefenics.discovery.standing import Place, Standing, change_of, slope_of
-from ramiefenics.discovery.stepping import Stepping
+from ramiefenics.discovery.curves.changed_curves import Carried, following
+from ramiefenics.discovery.curves.standing import Place, Standing, change_of, slope_of
+from ramiefenics.discovery.curves.stepping import Stepping
 from ramiefenics.runs.curve import normalised
 from ramiefenics.surrogate.coordinates import Direction
 

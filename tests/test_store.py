@@ -23,7 +23,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import ramiefenics as rf
-from ramiefenics.discovery.factors import factors
+from ramiefenics.discovery.curves.factors import factors
 from ramiefenics.runs import Runs, SharedRuns, Simulation, Store, simulation, store
 from ramiefenics.runs import curve as curves
 from ramiefenics.runs.curve import CurveTask

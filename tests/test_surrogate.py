@@ -14,7 +14,7 @@ from formula import force_N as formula_N
 from scipy.optimize import approx_fprime
 
 from ramiefenics import BendingTest, SpecificationError, override, ramie
-from ramiefenics.discovery.factors import Factor, apply_factors, factors
+from ramiefenics.discovery.curves.factors import Factor, apply_factors, factors
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.surrogate import LearnedCurves

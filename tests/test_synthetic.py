@@ -12,7 +12,7 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
-from ramiefenics.discovery.synthetic_curves import FINEST
+from ramiefenics.discovery.synthetic.curves import FINEST
 from ramiefenics.measured import Record
 from ramiefenics.runs import Done
 from ramiefenics.runs.curve import CurveTask

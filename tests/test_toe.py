@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import ramiefenics as rf
-from ramiefenics.discovery.observed import read
+from ramiefenics.discovery.curves.observed import read
 from ramiefenics.measured.noise import level
 from ramiefenics.measured.seating import Seating, seat, straight_part, toe_mm
 

@@ -15,8 +15,8 @@ from mpi4py import MPI
 from test_discovery import COARSE, FINE
 
 import ramiefenics as rf
-from ramiefenics.discovery.meshes import finer
-from ramiefenics.discovery.observed import observe
+from ramiefenics.discovery.curves.meshes import finer
+from ramiefenics.discovery.curves.observed import observe
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import SUSPECTS
 from ramiefenics.measured.unloading import with_unloading

@@ -88,8 +88,8 @@ def plan_command(
     """Predict what planned tests could show, and which second test would show the most."""
     folder = claim(out or Path("results") / f"{Path(spec).resolve().stem}-plan", MPI.COMM_SELF)
     tried = suspects(suspect, effects, EFFECTS)
-    from ramiefenics.discovery.plan import SHARES, plan
-    from ramiefenics.discovery.power import Design
+    from ramiefenics.discovery.planning.plan import SHARES, plan
+    from ramiefenics.discovery.planning.power import Design
     from ramiefenics.runs import Runs
 
     test, known = _planned(spec, mesh, law, assign)
@@ -109,7 +109,7 @@ def _planned(
     """Return the test, and settings of the design that a folder of measured data provides."""
     if not (Path(spec) / "dataset.toml").is_file():
         return load_test(spec, mesh or "screening", law, assign), {}
-    from ramiefenics.discovery.meshes import on_mesh
+    from ramiefenics.discovery.curves.meshes import on_mesh
     from ramiefenics.measured import read_dataset
 
     dataset = read_dataset(spec)

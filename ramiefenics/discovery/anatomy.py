@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from ramiefenics.discovery.blocks import Array
-from ramiefenics.discovery.both_ways import Predicting
-from ramiefenics.discovery.evidence import Evidence
-from ramiefenics.discovery.fit import LEVEL, Fit
-from ramiefenics.discovery.fit_scatter import fit_scatter, log_evidence
-from ramiefenics.discovery.fitting import (
+from ramiefenics.discovery.curves.blocks import Array
+from ramiefenics.discovery.curves.both_ways import Predicting
+from ramiefenics.discovery.curves.linearised import Linearised
+from ramiefenics.discovery.curves.observed import Observed
+from ramiefenics.discovery.places import Place, places
+from ramiefenics.discovery.search.fitting import (
     FARTHEST,
     SHORTEST,
     STEADY,
@@ -30,11 +30,11 @@ from ramiefenics.discovery.fitting import (
     Fitted,
     linear_evidence,
 )
-from ramiefenics.discovery.gain import Gain
-from ramiefenics.discovery.linearised import Linearised
-from ramiefenics.discovery.observed import Observed
-from ramiefenics.discovery.places import Place, places
-from ramiefenics.discovery.verdict import ENOUGH
+from ramiefenics.discovery.statistics.evidence import Evidence
+from ramiefenics.discovery.statistics.fit import LEVEL, Fit
+from ramiefenics.discovery.statistics.fit_scatter import fit_scatter, log_evidence
+from ramiefenics.discovery.statistics.gain import Gain
+from ramiefenics.discovery.statistics.verdict import ENOUGH
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
 from ramiefenics.specification import BendingTest, SpecificationError

@@ -10,21 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from ramiefenics.discovery.anatomy import Anatomist, Anatomy
-from ramiefenics.discovery.bootstrap import p_value_of_effect, p_value_of_misfit
-from ramiefenics.discovery.both_ways import predictor_of
-from ramiefenics.discovery.causes import Causes
-from ramiefenics.discovery.fit import Fit
-from ramiefenics.discovery.fitting import Fitted, Fitter
-from ramiefenics.discovery.gain import condition_gain, gains
-from ramiefenics.discovery.hidden import Limit, cosines, limits
-from ramiefenics.discovery.linearised import Linearised
-from ramiefenics.discovery.meshes import on_mesh
-from ramiefenics.discovery.observed import observe
-from ramiefenics.discovery.outcome import Discovery
-from ramiefenics.discovery.plan import Plan, plan
-from ramiefenics.discovery.power import Design
-from ramiefenics.discovery.search import Search
-from ramiefenics.discovery.verdict import (
+from ramiefenics.discovery.curves.both_ways import predictor_of
+from ramiefenics.discovery.curves.linearised import Linearised
+from ramiefenics.discovery.curves.meshes import on_mesh
+from ramiefenics.discovery.curves.observed import observe
+from ramiefenics.discovery.planning.plan import Plan, plan
+from ramiefenics.discovery.planning.power import Design
+from ramiefenics.discovery.report.outcome import Discovery
+from ramiefenics.discovery.search.fitting import Fitted, Fitter
+from ramiefenics.discovery.search.search import Search
+from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect, p_value_of_misfit
+from ramiefenics.discovery.statistics.causes import Causes
+from ramiefenics.discovery.statistics.fit import Fit
+from ramiefenics.discovery.statistics.gain import condition_gain, gains
+from ramiefenics.discovery.statistics.hidden import Limit, cosines, limits
+from ramiefenics.discovery.statistics.verdict import (
     IMPROBABLE,
     INDIFFERENT,
     SIGNIFICANCE,

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from ramiefenics.discovery.blocks import Array
+from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.effects import Effect
 from ramiefenics.effects.materials import with_materials
 from ramiefenics.model.kernels.points import PointKernel

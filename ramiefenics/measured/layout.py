@@ -115,7 +115,8 @@ class Layout:
         What follows the first loading in every record, unloading or holds; as `Protocol.then`.
     fit
         Common factors that are fitted before any effect is suspected, see
-        `ramiefenics.discovery.factors`. By default the axial and transverse moduli of every layer.
+        `ramiefenics.discovery.curves.factors`. By default the axial and transverse moduli of every
+        layer.
     fit_sd
         Uncertainty of these factors, as the standard deviation of their logarithms: 0.1 if the
         moduli of the batch were measured to 10 %. The more uncertain they are, the more of an

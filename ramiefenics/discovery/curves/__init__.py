@@ -1,0 +1,1 @@
+"""Predicted curves of models with factors and effects, their derivatives, and measured ones."""

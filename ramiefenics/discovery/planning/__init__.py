@@ -1,0 +1,1 @@
+"""What tests could show, and which second test separates suspects."""

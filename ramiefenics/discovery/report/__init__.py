@@ -1,0 +1,1 @@
+"""What discovery found, in words, tables and figures."""

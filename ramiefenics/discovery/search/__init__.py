@@ -1,0 +1,1 @@
+"""Search for the set of effects that explains the curves best."""
