@@ -157,7 +157,7 @@ def page(found: dict[str, dict[str, Any]]) -> str:
         "# Anatomy of hidden effects\n\n"
         "Made by `./run python benchmarks/anatomy.py`: eight stalks, simulated by finite elements "
         "on a mesh of their own, 1 % noise, with an effect that is not among the suspects; "
-        "[discovery.md](discovery.md#anatomy-of-the-unknown) describes the method. The place is "
+        "[discovery_method.md](discovery_method.md#anatomy-of-the-unknown) describes the method. The place is "
         f"right in {right} of {len(found)} cases. The last column is the share of the points at "
         "which the 95 % band of the learned function contains the hidden one.\n\n"
         + table(head, rows)
