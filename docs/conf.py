@@ -10,8 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from docutils import nodes
 from nbconvert import MarkdownExporter
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
 from typer.testing import CliRunner
 
 import ramiefenics
@@ -24,6 +26,7 @@ from ramiefenics.specification.explained import Key, keys
 
 sys.path.insert(0, str(Path(__file__).parent))
 import results_page
+from formulas import mathml
 
 REFERENCE = Path(__file__).resolve().parent / "reference"
 PACKAGES = {
@@ -72,8 +75,8 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
 ]
+html_math_renderer = "mathml"
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 autodoc_typehints = "none"  # signatures have them; docstrings say what they mean
@@ -84,7 +87,7 @@ html_theme = "furo"
 html_title = f"ramiefenics {release}"
 html_copy_source = False
 html_static_path = ["_static"]
-html_css_files = ["tables.css"]
+html_css_files = ["tables.css", "formulas.css"]
 
 
 def write_specification() -> None:
@@ -263,8 +266,15 @@ def between_pages(text: str) -> str:
     return re.sub(r"\[[\w./]+\.md\]\(", "[](", text)
 
 
+def write_formula(page: HTML5Translator, formula: nodes.math | nodes.math_block) -> None:
+    """Write a formula as MathML."""
+    page.body.append(mathml(formula.astext(), isinstance(formula, nodes.math_block)))
+    raise nodes.SkipNode
+
+
 def setup(app: Sphinx) -> None:
-    """Have links rewritten in what is read."""
+    """Have links rewritten in what is read, and formulas written as MathML."""
+    app.add_html_math_renderer("mathml", (write_formula, None), (write_formula, None))
 
     def rewrite(*event: list[str]) -> None:
         event[-1][0] = between_pages(event[-1][0])  # the text is the last that both events tell
