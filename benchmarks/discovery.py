@@ -142,7 +142,7 @@ def _totals(found: list[dict[str, Any]]) -> str:
         if name in case["limits"] and not any(name in group for group in case["groups"])
         for low, high in [case["limits"][name]]
     ]
-    minutes = [case["wall_s"] / 60 for case in found]
+    simulated = [case["simulated"] for case in found]
     typical = [
         case
         for case in found
@@ -153,8 +153,8 @@ def _totals(found: list[dict[str, Any]]) -> str:
         f"effects are named. In {sum(map(wrong, found))} of {len(found)} cases a wrong effect is "
         f"named. Of {len(held)} intervals of those named correctly, {sum(held)} contain the "
         f"amplitude. Of {len(hiding)} listed effects that were hidden and not named, {sum(hiding)} "
-        "have an amplitude that the page states as not excluded. One "
-        f"`discover` on one core took {np.median(minutes):.1f} minutes, {max(minutes):.1f} at most."
+        "have an amplitude that the page states as not excluded. One `discover` needed "
+        f"{np.median(simulated):.0f} simulations, {max(simulated)} at most."
     )
 
 
