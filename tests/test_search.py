@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from ramiefenics.discovery.search.fitted_sets import Names, Reached
+from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
 from ramiefenics.discovery.search.search import Search
 
 
@@ -41,6 +41,22 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
     monkeypatch.setattr(search, "_finished", finish)
     search._finish()
     assert set(said) == finished
+
+
+@pytest.mark.parametrize(("lead", "best"), [(1.5, ("gap",)), (2.5, ("gap", "taper"))])
+def test_a_set_that_hardly_leads_a_part_of_it_is_not_simulated_to_the_end(
+    lead: float, best: Names
+) -> None:
+    sets = FittedSets()
+    for names, score, finished in (
+        ((), 12.0, True),
+        (("gap",), 20.0, True),
+        (("gap", "taper"), 20.0 + lead, False),
+    ):
+        sets[names] = reached(names, score, finished)
+    assert sets.best.names == best
+    sets["gap", "taper"] = reached(("gap", "taper"), 20.5, True)
+    assert sets.best.names == ("gap", "taper")
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,11 @@ from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
 
 Names = tuple[str, ...]
 
+LEAD = 2.0
+"""Log-probability by which a set must lead one that it contains, and that has every curve
+simulated, for its own curves to be simulated as well. Below, what it adds is not certain whatever
+comes of that, and simulations of effects that need the whole stalk take minutes."""
+
 
 @dataclass(frozen=True)
 class Reached:
@@ -45,8 +50,13 @@ class FittedSets(dict[Names, Reached]):
 
     @property
     def best(self) -> Reached:
-        """The most probable set."""
-        return max(self.values(), key=lambda one: one.score)
+        """The most probable set, or a finished part of it that is nearly as probable."""
+        best = max(self.values(), key=lambda one: one.score)
+        if best.finished:
+            return best
+        parts = [one for one in self.values() if one.finished and set(one.names) < set(best.names)]
+        part = max(parts, key=lambda one: one.score, default=best)
+        return part if best.score < part.score + LEAD else best
 
     @property
     def none(self) -> float:
