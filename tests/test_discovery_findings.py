@@ -10,7 +10,7 @@ from ramiefenics.discovery.places import places
 from ramiefenics.discovery.report.findings import findings
 from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.hidden import Limit
-from ramiefenics.discovery.statistics.verdict import INDIFFERENT, decide
+from ramiefenics.discovery.statistics.verdict import INDIFFERENT, UNFITTED, decide
 
 BETTER, NONE = (0.4, 0.8), (0.8, 1.1)
 GROUPS = {"cause": (("taper",),), "ambiguous": (("taper", "pith_core"),)}
@@ -72,6 +72,12 @@ def test_what_could_not_be_tried_is_told():
     }
     told = [line for line in findings(found("cause", reasons=reasons)) if "not be tried" in line]
     assert told == ["Suspects that could not be tried, for the reasons in the table: span error."]
+
+
+def test_what_only_derivatives_speak_for_lowers_trust():
+    told = findings(found("cause", reasons={"pith_core": UNFITTED, "taper": "jumps"}))
+    assert [line for line in told if "trusted less" in line and "pith core" in line]
+    assert not [line for line in findings(found("cause")) if "trusted less" in line]
 
 
 def test_what_one_specimen_speaks_for_is_told_where_nothing_else_is():

@@ -43,7 +43,7 @@ from ramiefenics.discovery.statistics.scatter import (
     SPREAD,
     Scatter,
 )
-from ramiefenics.discovery.statistics.verdict import resting_on_one
+from ramiefenics.discovery.statistics.verdict import resting_on_one, without_fit
 
 M, FACTOR_SD = 16, 0.1
 X = (np.arange(M) + 1.0) / M
@@ -162,6 +162,13 @@ def test_a_part_that_cannot_be_simulated_does_not_make_a_set_rest_on_one_specime
     assert set(causes.best) == {"swing", "ripple"}
     assert causes.gain(["swing"]) == -np.inf
     assert resting_on_one(Fit(found, causes.best, causes.scatter), causes) == {}
+
+
+def test_what_is_probable_without_a_fit_is_told():
+    found = evidence({"swing": 1.0, "ripple": 1.0}, seed=5)
+    causes = find_causes(found)
+    assert without_fit(Fit(found, ("swing",), SCATTER), causes) == (("ripple",),)
+    assert without_fit(Fit(found, causes.best, SCATTER), causes) == ()
 
 
 def test_two_names_of_one_thing_make_a_group():

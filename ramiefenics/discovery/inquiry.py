@@ -28,8 +28,10 @@ from ramiefenics.discovery.statistics.verdict import (
     IMPROBABLE,
     INDIFFERENT,
     SIGNIFICANCE,
+    UNFITTED,
     decide,
     resting_on_one,
+    without_fit,
 )
 from ramiefenics.effects import EFFECTS, SUSPECTS, Effect
 from ramiefenics.measured import Dataset, read_dataset
@@ -177,14 +179,16 @@ class _Inquiry:
                 seen[name] = self._effects[name]
         return curves, seen
 
-    def _accepted(self, fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
-        """Return the groups that do not rest on a single specimen."""
-        alone = resting_on_one(fit, causes)
+    def _accepted(self, fit: Fit, causes: Causes) -> tuple[tuple[tuple[str, ...], ...], bool]:
+        """Return the groups that may be named, and whether one only rests on a single specimen."""
+        unfitted, alone = without_fit(fit, causes), resting_on_one(fit, causes)
         for name, (specimen, gain) in alone.items():
             who = self._dataset.specimens[specimen]
             without = f"without it the log-evidence gain is {gain:.1f}"
             self._reasons[name] = f"rests on {who} alone: {without}"
-        return tuple(group for group in causes.groups() if alone.keys().isdisjoint(group))
+        self._reasons |= {name: UNFITTED for group in unfitted for name in group}
+        groups = (group for group in causes.groups() if alone.keys().isdisjoint(group))
+        return tuple(group for group in groups if group not in unfitted), bool(alone)
 
     def _plan(
         self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]
@@ -249,7 +253,7 @@ class _Inquiry:
     ) -> Discovery:
         last = nothing if extended is None else extended.fit
         left = before if extended is None else p_value_of_misfit(last, self._rng)
-        groups = () if extended is None else self._accepted(last, causes)
+        groups, alone = ((), False) if extended is None else self._accepted(last, causes)
         conflict = last.conflict()
         gain = shape = elsewhere = None
         if extended is not None:
@@ -258,7 +262,6 @@ class _Inquiry:
                 self._observed, self._dataset.conditions, baseline.fit, last, self._rng
             )
         told = limits(last, [factor.name for factor in baseline.curves.model.factors])
-        alone = extended is not None and len(groups) < len(causes.groups())
         p_value, fitted_none = no_effect
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)

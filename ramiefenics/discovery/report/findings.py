@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.hidden import Limit
-from ramiefenics.discovery.statistics.verdict import INDIFFERENT, SIGNIFICANCE
+from ramiefenics.discovery.statistics.verdict import INDIFFERENT, SIGNIFICANCE, UNFITTED
 
 if TYPE_CHECKING:
     from ramiefenics.discovery.report.outcome import Discovery
@@ -33,6 +33,7 @@ def findings(found: Discovery) -> list[str]:
         _verdict(found),
         *_better(found),
         *_next(found),
+        *_unfitted(found),
         *_broken(found),
         *_factors(found),
         *_hidden(found),
@@ -261,6 +262,18 @@ def _hidden(found: Discovery) -> list[str]:
     more = len(names) - MOST
     others = f"; and {more} more, see the table" if more > 0 else ""
     return [f"What these tests could not show: {told}{others}."]
+
+
+def _unfitted(found: Discovery) -> list[str]:
+    """Return the suspects that only derivatives speak for, which shows that these are no guide."""
+    names = [name for name, reason in found.reasons.items() if reason == UNFITTED]
+    if not names:
+        return []
+    return [
+        f"By derivatives, {_listed(names)} would be probable too, but no set with such an effect "
+        "was fitted better: the curves change abruptly with the parameters, or the search ended "
+        "too early. The verdict is to be trusted less for this."
+    ]
 
 
 def _untried(found: Discovery) -> list[str]:

@@ -11,6 +11,9 @@ from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit import Fit
 from ramiefenics.discovery.statistics.fit_scatter import log_evidence
 
+UNFITTED = "would be in the most probable sets by derivatives, but none of these was fitted better"
+"""Reason for not naming a suspect, see `without_fit`."""
+
 INDIFFERENT = "makes no difference to these curves"
 """Reason for not trying a suspect that could be tried."""
 
@@ -97,6 +100,16 @@ def least_gain(fit: Fit, name: str, fitted: float) -> tuple[int, float]:
     worst = min(gains, key=lambda specimen: gains[specimen])
     more = max(fitted - gain(fit.evidence), 0.0) if math.isfinite(fitted) else 0.0
     return worst, gains[worst] + more
+
+
+def without_fit(fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of which no member is in the fitted set.
+
+    Derivatives promise so much of them that sets with one of them would be the most probable, but
+    no such set was fitted, or those that were fit worse. Simulations that change abruptly with
+    their parameters have derivatives that promise nothing.
+    """
+    return tuple(group for group in causes.groups() if set(fit.chosen).isdisjoint(group))
 
 
 def resting_on_one(fit: Fit, causes: Causes) -> dict[str, tuple[int, float]]:
