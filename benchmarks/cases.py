@@ -102,6 +102,13 @@ def wrong(record: Mapping[str, Any]) -> bool:
     return called and any(name not in record["hidden"] for name in causes)
 
 
+def misled(record: Mapping[str, Any]) -> bool:
+    """Return whether a group of effects was named none of which was hidden."""
+    groups = [group for group in record["groups"] if len(group) > 1]
+    called = record["verdict"] in ("cause", "ambiguous")
+    return called and any(set(group).isdisjoint(record["hidden"]) for group in groups)
+
+
 def confusion(records: Mapping[str, Mapping[str, Any]]) -> str:
     """Return a table of verdicts by kind of case, in Markdown."""
     rows = []

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cases import Case, by_effect, cases, confusion, figure, named, wrong
+from cases import Case, by_effect, cases, confusion, figure, misled, named, wrong
 from record import DOCS, WORKERS, read_record, table, write_record
 
 from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
@@ -151,8 +151,9 @@ def _totals(found: list[dict[str, Any]]) -> str:
     return (
         f"At typical size and 1 % noise, {sum(map(named, typical))} of {len(typical)} single "
         f"effects are named. In {sum(map(wrong, found))} of {len(found)} cases a wrong effect is "
-        f"named. Of {len(held)} intervals of those named correctly, {sum(held)} contain the "
-        f"amplitude. Of {len(hiding)} listed effects that were hidden and not named, {sum(hiding)} "
+        f"named, in {sum(map(misled, found))} a group without any of the hidden ones. Of "
+        f"{len(held)} intervals of those named correctly, {sum(held)} contain the amplitude. Of "
+        f"{len(hiding)} listed effects that were hidden and not named, {sum(hiding)} "
         "have an amplitude that the page states as not excluded. One `discover` needed "
         f"{np.median(simulated):.0f} simulations, {max(simulated)} at most."
     )
@@ -163,7 +164,7 @@ def _row(label: str, case: dict[str, Any]) -> list[str]:
     hidden = [f"{size:g} x {name}" for name, size in case["hidden"].items()]
     return [
         label,
-        ", ".join(hidden) + ("; 3 % noise" if case["noise"] > 0.01 else ""),
+        "; ".join(hidden + (["3 % noise"] if case["noise"] > 0.01 else [])),
         case["verdict"] + (f" ({case['place']})" if case["place"] else ""),
         "; ".join(" or ".join(group) for group in case["groups"]),
         f"{case['p']:.4f}",
