@@ -11,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from record import table
+from scipy.stats import binomtest
 
 from ramiefenics.results.style import BLUE, GREEN, STYLE, VERMILION
 
@@ -155,7 +156,10 @@ def _short(record: Mapping[str, Any]) -> str:
 
 
 def figure(records: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draw p-values where nothing is hidden, and the calibration of the effects' probabilities."""
+    """Draw p-values where nothing is hidden, and the calibration of the effects' probabilities.
+
+    Error bars are Wilson's 95 % intervals.
+    """
     nulls = np.sort([r["p"] for r in records.values() if r["kind"] == "nothing"])
     said, there = [], []
     for r in records.values():
@@ -174,10 +178,11 @@ def figure(records: Mapping[str, Mapping[str, Any]]) -> Figure:
         for k in range(len(edges) - 1):
             some = np.array(there)[place == k]
             if len(some):
-                mean = some.mean()
-                error = np.sqrt(max(mean * (1 - mean), 0.25 / len(some)) / len(some))
-                x = np.array(said)[place == k].mean()
-                right.errorbar(x, mean, 2 * error, color=VERMILION, marker="o", ms=4, capsize=2)
+                count = binomtest(int(some.sum()), len(some))
+                ends = count.proportion_ci(method="wilson")
+                x, mean = np.array(said)[place == k].mean(), count.statistic
+                error = [[mean - ends.low], [ends.high - mean]]
+                right.errorbar(x, mean, error, color=VERMILION, marker="o", ms=4, capsize=2)
         right.plot([0, 1], [0, 1], color=GREEN, lw=0.8, ls="--")
         right.set(xlabel="Probability that an effect is there", ylabel="Share in which it is")
     return drawn
