@@ -7,6 +7,7 @@ import pytest
 
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
 from ramiefenics.discovery.search.search import Search
+from ramiefenics.specification import SpecificationError
 
 
 def reached(names: Names, score: float, finished: bool = False) -> Reached:
@@ -41,6 +42,31 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
     monkeypatch.setattr(search, "_finished", finish)
     search._finish()
     assert set(said) == finished
+
+
+@pytest.mark.parametrize(
+    ("scores", "kept"),
+    [([9.0, 8.0, 12.0], 9.0), ([9.0, 11.0, 12.0], 12.0), ([9.0, None], 9.0)],
+)
+def test_moves_that_fit_worse_are_left_out_but_for_the_first(
+    monkeypatch: pytest.MonkeyPatch, scores: list[float | None], kept: float
+) -> None:
+    """None stands for parameters that cannot be simulated."""
+    fitter = SimpleNamespace(without_simulations=lambda effects: [])
+    search = Search(fitter, None, {})  # type: ignore[arg-type]
+    left = iter(scores)
+
+    def at(score: float) -> Reached:
+        return Reached(SimpleNamespace(steady=score == 12.0), score)  # type: ignore[arg-type]
+
+    def move(names: Names, fitted: object) -> Reached:
+        score = next(left)
+        if score is None:
+            raise SpecificationError("gap", 1.0, "must be smaller")
+        return at(score)
+
+    monkeypatch.setattr(search, "_moved", move)
+    assert search._settled(("gap",), at(10.0)).score == kept
 
 
 @pytest.mark.parametrize(("lead", "best"), [(1.5, ("gap",)), (2.5, ("gap", "taper"))])
