@@ -11,7 +11,7 @@ from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit import Fit
 from ramiefenics.discovery.statistics.fit_scatter import log_evidence
 
-UNFITTED = "would be in the most probable sets by derivatives, but none of these was fitted better"
+UNFITTED = "probable by derivatives only, see the findings"
 """Reason for not naming a suspect, see `without_fit`."""
 
 INDIFFERENT = "makes no difference to these curves"
