@@ -98,16 +98,17 @@ def named(record: Mapping[str, Any]) -> bool:
 
 def wrong(record: Mapping[str, Any]) -> bool:
     """Return whether an effect that was not hidden was named, by itself, as a cause."""
-    causes = [g[0] for g in record["groups"] if len(g) == 1]
-    called = record["verdict"] in ("cause", "ambiguous")
-    return called and any(name not in record["hidden"] for name in causes)
+    return any(len(group) == 1 for group in _misnamed(record))
 
 
 def misled(record: Mapping[str, Any]) -> bool:
     """Return whether a group of effects was named none of which was hidden."""
-    groups = [group for group in record["groups"] if len(group) > 1]
+    return any(len(group) > 1 for group in _misnamed(record))
+
+
+def _misnamed(record: Mapping[str, Any]) -> list[list[str]]:
     called = record["verdict"] in ("cause", "ambiguous")
-    return called and any(set(group).isdisjoint(record["hidden"]) for group in groups)
+    return [g for g in record["groups"] if called and set(g).isdisjoint(record["hidden"])]
 
 
 def confusion(records: Mapping[str, Mapping[str, Any]]) -> str:

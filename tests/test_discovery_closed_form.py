@@ -119,9 +119,8 @@ def test_a_baseline_that_jumps_where_it_fits_is_kept_as_screened(
         return move(self, fitted, effects)
 
     monkeypatch.setattr(Fitter, "move", only_with_effects)
-    monkeypatch.setattr(
-        "ramiefenics.discovery.search.fitting.ROUNDS", 1
-    )  # the first fit is not steady
+    # the first fit is not steady
+    monkeypatch.setattr("ramiefenics.discovery.search.fitting.ROUNDS", 1)
     make_dataset(tmp_path, Secret(GAP, 1.0), 22, Formula())
     found = discover_among(tmp_path, GAP, COMPLIANCE)
     assert found.causes == (GAP.name,)

@@ -186,9 +186,9 @@ class _Inquiry:
             who = self._dataset.specimens[specimen]
             without = f"without it the log-evidence gain is {gain:.1f}"
             self._reasons[name] = f"rests on {who} alone: {without}"
-        self._reasons |= {name: UNFITTED for group in unfitted for name in group}
-        groups = (group for group in causes.groups() if alone.keys().isdisjoint(group))
-        return tuple(group for group in groups if group not in unfitted), bool(alone)
+        self._reasons |= dict.fromkeys(sorted(unfitted), UNFITTED)
+        refused = unfitted.union(alone)
+        return tuple(g for g in causes.groups() if refused.isdisjoint(g)), bool(alone)
 
     def _plan(
         self, verdict: str, groups: Sequence[Sequence[str]], fit: Fit, told: Mapping[str, Limit]

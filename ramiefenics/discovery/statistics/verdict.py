@@ -102,14 +102,15 @@ def least_gain(fit: Fit, name: str, fitted: float) -> tuple[int, float]:
     return worst, gains[worst] + more
 
 
-def without_fit(fit: Fit, causes: Causes) -> tuple[tuple[str, ...], ...]:
-    """Return the groups of which no member is in the fitted set.
+def without_fit(fit: Fit, causes: Causes) -> set[str]:
+    """Return the effects of groups of which no member is in the fitted set.
 
     Derivatives promise so much of them that sets with one of them would be the most probable, but
     no such set was fitted, or those that were fit worse. Simulations that change abruptly with
     their parameters have derivatives that promise nothing.
     """
-    return tuple(group for group in causes.groups() if set(fit.chosen).isdisjoint(group))
+    groups = (group for group in causes.groups() if set(fit.chosen).isdisjoint(group))
+    return {name for group in groups for name in group}
 
 
 def resting_on_one(fit: Fit, causes: Causes) -> dict[str, tuple[int, float]]:
