@@ -93,6 +93,15 @@ def test_every_cause_is_named_with_its_size():
     assert "pith core: 0.01 MPa" in first
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_large_amplitude_is_doubted_whatever_its_sign(sign):
+    typical = rf.SUSPECTS["span_error"].typical
+    values = {"groups": (("span_error",),), "amplitudes": {"span_error": sign * 4.0 * typical}}
+    assert "4 times the typical amplitude" in findings(found("cause", **values))[0]
+    values["amplitudes"]["span_error"] = sign * 2.0 * typical
+    assert "typical amplitude" not in findings(found("cause", **values))[0]
+
+
 def test_a_group_is_told_with_how_probable_its_members_are():
     first = findings(found("ambiguous"))[0]
     assert "cannot tell which of these effects it is: taper (60%), pith core (39%)" in first

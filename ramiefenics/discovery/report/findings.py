@@ -24,7 +24,7 @@ MOST = 4
 """Maximum number of suspects listed in a sentence."""
 
 UNUSUAL = 3.0
-"""Amplitude relative to the typical one above which it is doubted."""
+"""Size of an amplitude, relative to the typical one, above which it is doubted."""
 
 
 def findings(found: Discovery) -> list[str]:
@@ -178,7 +178,7 @@ def _size(found: Discovery, name: str) -> str:
         return _words(name)
     low, high = found.interval(name)
     value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
-    times = found.amplitudes[name] / found.effects[name].typical
+    times = abs(found.amplitudes[name] / found.effects[name].typical)
     far = ""
     if times > UNUSUAL:
         far = f", {times:.2g} times the typical amplitude, so it may stand in for another effect"
