@@ -63,6 +63,8 @@ LINKS = {
     "](CHANGELOG.md": "](changelog.md",
     "](meshes/README.md": "](meshes.md",
     "](docs/examples)": "](reference/examples.md)",
+    "](../notebooks/": "](/reference/",
+    ".ipynb)": ".md)",
     "](../docs/": "](",
     "](docs/": "](",
 }
