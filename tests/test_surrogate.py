@@ -21,6 +21,7 @@ from ramiefenics.surrogate import LearnedCurves
 from ramiefenics.surrogate.coordinates import Direction
 from ramiefenics.surrogate.pool import CLOSE_TOLERANCE, TOLERANCE
 from ramiefenics.surrogate.process import Observed, Process
+from ramiefenics.surrogate.smoothing import smoothed
 
 X_MM = np.linspace(0.0, 14.0, 29)
 
@@ -426,3 +427,13 @@ def test_a_change_in_place_of_a_number_keeps_the_rest() -> None:
     learned = LearnedCurves(Beams())
     one, two = learned.map([CurveTask(test), CurveTask(other)])
     assert one.result()["force_N"].iloc[-1] < two.result()["force_N"].iloc[-1]
+
+
+def test_what_is_off_at_a_single_step_is_left_out_of_a_derivative() -> None:
+    """What varies linearly, relative to the force, stays as it is."""
+    x = np.append(np.linspace(0.0, 2.0, 5), np.linspace(3.0, 14.0, 12))
+    force, relative = x / (1.0 + 0.05 * x), 0.3 + 0.02 * x
+    assert smoothed(x, force, relative * force) == pytest.approx(relative * force, abs=1e-12)
+    for at in (2.0, 8.0, 13.0):
+        off = relative + np.where(x == at, 0.1, 0.0)
+        assert smoothed(x, force, off * force) == pytest.approx(relative * force, rel=0.02)

@@ -153,7 +153,9 @@ class _Inquiry:
             extended = self._simulated(extended, seen)
             baseline = self._simulated(search.sets[()].fitted, {})
             baseline = self._fitter.without(baseline, extended.fit.evidence.broken)
-        return self._discovery(baseline, nothing, extended, causes, (p_value, none), before)
+        rivals = [search.sets[n].fitted.fit for n in causes.probable() if n in search.sets]
+        fits = [nothing if extended is None else extended.fit, *rivals]
+        return self._discovery(baseline, fits, extended, causes, (p_value, none), before)
 
     def _simulated(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Fitted:
         """Return a fit repeated with every curve simulated; as it is, if one ends too early."""
@@ -245,13 +247,13 @@ class _Inquiry:
     def _discovery(
         self,
         baseline: Fitted,
-        nothing: Fit,
+        fits: Sequence[Fit],
         extended: Fitted | None,
         causes: Causes,
         no_effect: tuple[float, float],
         before: float,
     ) -> Discovery:
-        last = nothing if extended is None else extended.fit
+        last = fits[0]
         left = before if extended is None else p_value_of_misfit(last, self._rng)
         groups, alone = ((), False) if extended is None else self._accepted(last, causes)
         conflict = last.conflict()
@@ -261,7 +263,7 @@ class _Inquiry:
             elsewhere = condition_gain(
                 self._observed, self._dataset.conditions, baseline.fit, last, self._rng
             )
-        told = limits(last, [factor.name for factor in baseline.curves.model.factors])
+        told = limits(fits, [factor.name for factor in baseline.curves.model.factors])
         p_value, fitted_none = no_effect
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)

@@ -15,6 +15,7 @@ from ramiefenics.surrogate.coordinates import Direction
 from ramiefenics.surrogate.directions import components, spanning
 from ramiefenics.surrogate.family import Array, Family, Run
 from ramiefenics.surrogate.question import SMALL, Question
+from ramiefenics.surrogate.smoothing import smoothed
 
 TOLERANCE = 0.002
 """Largest error of a learned curve, relative to its peak; a simulation may have a larger one."""
@@ -161,8 +162,9 @@ class Pool:
                 nothing = np.zeros(0)
                 run = Run(question.at, along, nothing, nothing, nothing, done.error, smooth)
             else:
-                x, force, *slopes = done.result().to_numpy().T
-                run = Run(question.at, along, x, force, np.array(slopes).reshape(-1, len(x)))
+                x, force, *raw = done.result().to_numpy().T
+                slopes = np.array([smoothed(x, force, one) for one in raw]).reshape(-1, len(x))
+                run = Run(question.at, along, x, force, slopes)
             self.runs.append(run)
 
     def _roughness(self, question: Question) -> Exception | None:

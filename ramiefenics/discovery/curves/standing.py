@@ -21,6 +21,7 @@ from ramiefenics.runs.curve import REMEMBERED, normalised
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.specification.replacing import Path
 from ramiefenics.surrogate.coordinates import coordinates, numbers, rest_of
+from ramiefenics.surrogate.smoothing import smoothed
 
 NEAR = 0.3
 """Largest difference of a coordinate (for lengths and moduli, the logarithm) between a stalk and
@@ -153,7 +154,7 @@ def change_of(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
 
 
 def slope_of(curve: pd.DataFrame, name: str) -> tuple[Array, Array]:
-    """Return displacements, mm, and the derivative in a column relative to the force there.
+    """Return displacements, mm, and the derivative in a column, smoothed, relative to the force.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def slope_of(curve: pd.DataFrame, name: str) -> tuple[Array, Array]:
         If the force is above zero nowhere.
     """
     x, force, slope = _loaded(curve, "displacement_mm", "force_N", name)
-    return x, slope / force
+    return x, smoothed(x, force, slope) / force
 
 
 def _loaded(curve: pd.DataFrame, *columns: str) -> Array:

@@ -11,7 +11,6 @@ from scipy.special import ndtr
 from scipy.stats import truncnorm
 
 from ramiefenics.discovery.curves.blocks import Array
-from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit import Fit
 
 FLAT = 1e-2
@@ -56,21 +55,31 @@ class Limit:
     imitated_by: tuple[str, ...]
 
 
-def limits(fit: Fit, factors: Sequence[str]) -> dict[str, Limit]:
+def limits(fits: Sequence[Fit], factors: Sequence[str]) -> dict[str, Limit]:
     """Return how large each suspect may be, in addition to the effects that are fitted.
 
     Parameters
     ----------
-    fit
-        Fit of all effects that are present.
+    fits
+        Fits of all sets of effects that are probable, the best one first. What one of them does
+        not exclude is not excluded.
     factors
         Names of the fitted factors.
     """
+    found = {}
+    for name in fits[0].evidence.names:
+        first, *others = (_limit(fit, name, factors) for fit in fits)
+        found[name] = dataclasses.replace(
+            first,
+            low=min([first.low, *(other.low for other in others)]),
+            high=max([first.high, *(other.high for other in others)]),
+            share=max([first.share, *(other.share for other in others)]),
+        )
+    return found
+
+
+def _limit(fit: Fit, name: str, factors: Sequence[str]) -> Limit:
     evidence = fit.evidence
-    return {name: _limit(evidence, fit, name, factors) for name in evidence.names}
-
-
-def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> Limit:
     others = [other for other in fit.chosen if other != name]
     chosen = [evidence.names.index(other) for other in [*others, name]]
     expected, covariance = evidence.whiten(fit.scatter).deviations(chosen)
@@ -82,7 +91,7 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
     expected = covariance @ onto
     index = evidence.names.index(name)
     scale, (least, most) = evidence.scale[index], evidence.suspects[name].effect.bounds
-    relative = _relative_variance(evidence, fit, name, others)
+    relative = _relative_variance(fit, name, others)
     ends = _interval(float(expected[-1]), covariance[-1, -1], relative)
     possible = _possible(float(expected[-1]), covariance[-1, -1], least / scale, most / scale)
     low = max(scale * min(ends[0], possible[0]), least)
@@ -92,13 +101,14 @@ def _limit(evidence: Evidence, fit: Fit, name: str, factors: Sequence[str]) -> L
     return Limit(low, high, share, _imitators(covariance, [*factors], others))
 
 
-def _relative_variance(evidence: Evidence, fit: Fit, name: str, others: Sequence[str]) -> float:
+def _relative_variance(fit: Fit, name: str, others: Sequence[str]) -> float:
     """Return the variance of an amplitude by errors of its signature, over the amplitude squared.
 
     The errors are the signature times cosines along the displacement, with a joint root mean square
     of `SIGNATURE_ERROR`. They are mistaken for the signature as far as they resemble it once
     everything else is fitted.
     """
+    evidence = fit.evidence
     suspect = evidence.suspects[name]
     x = (np.arange(evidence.blocks.points) + 0.5) / evidence.blocks.points
     waves = [np.cos(k * np.pi * x) for k in range(WAVES + 1)]
