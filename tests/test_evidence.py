@@ -95,15 +95,19 @@ def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np
         whole[block, block] += (scatter.noise * found.roughness[r]) ** 2 * noise
         whole[block, block] += scatter.drift**2 * np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
         if names[r] in found.broken:
-            whole[block, block] += BROKEN**2 * np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
+            noise = np.exp(-distance / LENGTH[0]) + WHITE**2 * np.eye(M)
+            rough = np.median(np.abs(np.diff(found.residual[r], 2)))
+            smooth = np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
+            whole[block, block] = (rough + 1e-8) ** 2 * noise + BROKEN**2 * smooth
+    counts = np.repeat([float(name not in found.broken) for name in names], M)
     same = np.kron(names[:, None] == names, np.ones((M, M)))
     for k, own in enumerate(scatter.own):
-        column = found.by_own[:, k].ravel()
+        column = counts * found.by_own[:, k].ravel()
         whole += np.outer(column, column) * (FACTOR_SD**2 + own**2 * same)
-    for column in found.nuisance.transpose(1, 0, 2):
-        whole += np.outer(column, column)
+    for column in found.nuisance.transpose(1, 0, 2).reshape(-1, number * M):
+        whole += np.outer(counts * column, counts * column)
     for name in chosen:
-        column = found.signatures[:, found.names.index(name)].ravel()
+        column = counts * found.signatures[:, found.names.index(name)].ravel()
         whole += np.outer(column, column) * (1.0 + scatter.spread.get(name, 0.0) ** 2 * same)
     return whole
 
@@ -222,9 +226,20 @@ def test_a_broken_specimen_is_found_and_does_not_decide():
         blocks=Blocks.of(tuple(np.array(NAMES)[without]), M),
         suspects={n: replace(s, signature=s.signature[without]) for n, s in found.suspects.items()},
     )
+    each = [fit_scatter(e, ("swing",)) for e in (broken, rest)]
+    assert each[0].logarithms() == pytest.approx(each[1].logarithms(), abs=1e-4)  # of a minimum
     amplitudes = [Fit(e, ("swing",), SCATTER).amplitudes["swing"] for e in (broken, rest)]
-    # what remains of a broken curve moves the estimate by less than a standard deviation
-    assert abs(amplitudes[0] - amplitudes[1]) < Fit(rest, ("swing",), SCATTER).sd("swing")
+    assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-9)
+
+
+def test_a_broken_specimen_is_no_sign_of_amplitudes_that_differ():
+    """Its slip looks like an effect of this specimen alone, of ten times the typical amplitude."""
+    found = evidence({})
+    late = replace(found.suspects["late"], effect=effect("late", True))
+    found = replace(found, suspects={**found.suspects, "late": late})
+    slipped = found.residual - 0.5 * late.signature * (found.blocks.specimen == 3)[:, None] * 20.0
+    broken = replace(found, residual=slipped, broken=frozenset({3}))
+    assert fit_scatter(broken, ("late",)).spread["late"] < 1.0
 
 
 def test_scatter_is_estimated():

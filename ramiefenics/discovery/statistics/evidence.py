@@ -12,8 +12,8 @@ curves alike (`nuisance`); w is a smooth error of the single curve, and e its no
 deviations are those of `Scatter`, except for that of d, which is given, and that of a_j, which is
 proportional to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
 linear mixed model: Laird and Ware 1982). What specimens share makes their curves correlated, so
-that the number of specimens counts, not that of points. A specimen that is taken for broken has a
-further error of the order of the curves themselves.
+that the number of specimens counts, not that of points. A specimen that is taken for broken says
+nothing of all this: its curves are a smooth error of the order of the forces themselves, and noise.
 
 Noise differs between curves: that of each is proportional to the roughness of its residual, as far
 as so few points can tell.
@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramiefenics.discovery.curves.blocks import Array, Blocks
-from ramiefenics.discovery.statistics.scatter import Scatter
+from ramiefenics.discovery.statistics.scatter import LENGTH, Scatter
 from ramiefenics.discovery.statistics.whitened import Whitened
 from ramiefenics.effects import Effect
 
@@ -131,16 +131,24 @@ class Evidence:
         return stacked * self.scale[:, None]
 
     @cached_property
+    def _own_noise(self) -> Array:
+        """Noise of every curve by itself, relative to its peak force, shape (r,).
+
+        Second differences show noise and little else; their median, which is insensitive to a step
+        or a kink, is about the standard deviation of noise of the typical length.
+        """
+        return np.asarray(np.median(np.abs(np.diff(self.residual, 2, axis=1)), axis=1) + 1e-8)
+
+    @cached_property
     def roughness(self) -> Array:
         """Noise of every curve relative to what is typical of all, shape (r,).
 
-        Second differences show noise and little else; their median is insensitive to a step or a
-        kink. That of few points is uncertain, so its logarithm is shrunk towards the typical one.
+        That of few points is uncertain, so its logarithm is shrunk towards the typical one.
         """
-        rough = np.log(np.median(np.abs(np.diff(self.residual, 2, axis=1)), axis=1) + 1e-8)
+        rough = np.log(self._own_noise)
         number = self.residual.shape[1]
         share = number / (number + ROUGHNESS_WEIGHT)
-        return np.asarray(np.exp(share * (rough - np.median(rough))))
+        return np.asarray(np.exp(share * (rough - np.median(rough[self._counts]))))
 
     @property
     def whole(self) -> list[int]:
@@ -186,9 +194,9 @@ class Evidence:
         """Return the covariance of what specimens do not share, shape (n, b, b)."""
         noise, drift = self._noise(scatter.length), scatter.drift**2 * self._drift
         kernels = scatter.noise**2 * noise + drift
-        if self.broken:
-            wrong = np.isin(self.blocks.specimen, list(self.broken))
-            kernels[wrong] += BROKEN**2 * self._drift
+        wrong = ~self._counts
+        kernels[wrong] = BROKEN**2 * self._drift
+        kernels[wrong] += self._own_noise[wrong, None, None] ** 2 * self._kernel(LENGTH[0])
         whole = self.blocks.covariance(kernels, elsewhere=1.0)
         own = self._varying(scatter)
         whole += own @ own.transpose(0, 2, 1)
@@ -206,7 +214,7 @@ class Evidence:
         """
         own = self._varying(scatter)
         columns = 2.0 * (own * (by_covariance @ own)).sum(axis=(0, 1))
-        by_curve = self.blocks.kernels(by_covariance)
+        by_curve = self.blocks.kernels(by_covariance) * self._counts[:, None, None]
         rough = scatter.noise**2 * np.tensordot(self.roughness**2, by_curve, axes=1)
         longer = np.exp(-self.distance / scatter.length) * self.distance / scatter.length
         stationary = [
@@ -240,19 +248,28 @@ class Evidence:
 
     @cached_property
     def _own(self) -> Array:
-        return self.blocks.stack(self.by_own)
+        return self._stacked(self.by_own)
 
     @cached_property
     def _common(self) -> Array:
-        return self.blocks.stack(self.by_common)
+        return self._stacked(self.by_common)
 
     @cached_property
     def _effects(self) -> Array:
-        return self.blocks.stack(self.signatures)
+        return self._stacked(self.signatures)
 
     @cached_property
     def _nuisance(self) -> Array:
-        return self.blocks.stack(self.nuisance)
+        return self._stacked(self.nuisance)
+
+    @cached_property
+    def _counts(self) -> NDArray[np.bool_]:
+        """Whether curves are those of specimens that are not taken for broken, shape (r,)."""
+        return np.isin(self.blocks.specimen, self.whole)
+
+    def _stacked(self, columns: Array) -> Array:
+        """Return columns, (r, q, m), by specimen, (n, b, q); broken specimens have zeros."""
+        return self.blocks.stack(self._counts[:, None, None] * columns)
 
     @cached_property
     def data(self) -> Array:
