@@ -98,7 +98,8 @@ def dense(found: Evidence, scatter: Scatter, chosen: tuple[str, ...] = ()) -> np
             noise = np.exp(-distance / LENGTH[0]) + WHITE**2 * np.eye(M)
             rough = np.median(np.abs(np.diff(found.residual[r], 2)))
             smooth = np.exp(-0.5 * (distance / DRIFT_LENGTH) ** 2)
-            whole[block, block] = (rough + 1e-8) ** 2 * noise + BROKEN**2 * smooth
+            slip = np.minimum(np.arange(M)[:, None], np.arange(M)) + 1.0  # at any displacement
+            whole[block, block] = (rough + 1e-8) ** 2 * noise + BROKEN**2 * (smooth + slip / M)
     counts = np.repeat([float(name not in found.broken) for name in names], M)
     same = np.kron(names[:, None] == names, np.ones((M, M)))
     for k, own in enumerate(scatter.own):

@@ -13,7 +13,8 @@ deviations are those of `Scatter`, except for that of d, which is given, and tha
 proportional to the effect's typical amplitude (`PRIOR`), within its bounds. All are Gaussian (a
 linear mixed model: Laird and Ware 1982). What specimens share makes their curves correlated, so
 that the number of specimens counts, not that of points. A specimen that is taken for broken says
-nothing of all this: its curves are a smooth error of the order of the forces themselves, and noise.
+nothing of all this: its curves are a smooth error and a slip, both of the order of the forces, and
+noise.
 
 Noise differs between curves: that of each is proportional to the roughness of its residual, as far
 as so few points can tell.
@@ -45,7 +46,8 @@ DRIFT_LENGTH = 0.2
 """Correlation length of a curve's own smooth error, as a share of the range."""
 
 BROKEN = 0.2
-"""Standard deviation of the smooth error of a broken specimen, relative to the peak force."""
+"""Standard deviation of the smooth error, and of the slip, of a broken specimen, relative to the
+peak force."""
 
 PRIOR = 1.5
 """Prior standard deviation of an amplitude, relative to the typical amplitude."""
@@ -195,7 +197,7 @@ class Evidence:
         noise, drift = self._noise(scatter.length), scatter.drift**2 * self._drift
         kernels = scatter.noise**2 * noise + drift
         wrong = ~self._counts
-        kernels[wrong] = BROKEN**2 * self._drift
+        kernels[wrong] = BROKEN**2 * (self._drift + self._slip)
         kernels[wrong] += self._own_noise[wrong, None, None] ** 2 * self._kernel(LENGTH[0])
         whole = self.blocks.covariance(kernels, elsewhere=1.0)
         own = self._varying(scatter)
@@ -245,6 +247,12 @@ class Evidence:
     @cached_property
     def _drift(self) -> Array:
         return np.exp(-0.5 * (self.distance / DRIFT_LENGTH) ** 2)
+
+    @cached_property
+    def _slip(self) -> Array:
+        """Return the covariance of a step of unit variance at any displacement, shape (m, m)."""
+        places = np.arange(1, self.blocks.points + 1) / self.blocks.points
+        return np.minimum(places[:, None], places)
 
     @cached_property
     def _own(self) -> Array:
