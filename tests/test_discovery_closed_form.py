@@ -250,7 +250,7 @@ class Rough(Formula):
     [
         (0.0008, 7501),  # together the standard deviation that learned curves may have, 0.1 %
         pytest.param(
-            0.002, 7503, marks=pytest.mark.xfail(reason="larger errors are taken for another cause")
+            0.002, 7505, marks=pytest.mark.xfail(reason="larger errors hide the compliance")
         ),
     ],
 )
