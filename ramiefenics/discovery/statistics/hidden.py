@@ -68,12 +68,12 @@ def limits(fits: Sequence[Fit], factors: Sequence[str]) -> dict[str, Limit]:
     """
     found = {}
     for name in fits[0].evidence.names:
-        first, *others = (_limit(fit, name, factors) for fit in fits)
+        each = [_limit(fit, name, factors) for fit in fits]
         found[name] = dataclasses.replace(
-            first,
-            low=min([first.low, *(other.low for other in others)]),
-            high=max([first.high, *(other.high for other in others)]),
-            share=max([first.share, *(other.share for other in others)]),
+            each[0],
+            low=min(one.low for one in each),
+            high=max(one.high for one in each),
+            share=max(one.share for one in each),
         )
     return found
 
