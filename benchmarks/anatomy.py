@@ -24,7 +24,8 @@ from ramiefenics.discovery.anatomy import Anatomist
 from ramiefenics.discovery.curves.observed import observe
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.search.fitting import Fitter
-from ramiefenics.discovery.synthetic import HEIGHTS_MM, Secret, make_dataset
+from ramiefenics.discovery.synthetic import Secret, make_dataset
+from ramiefenics.discovery.synthetic.datasets import HEIGHTS_MM
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.runs import Runs, workers

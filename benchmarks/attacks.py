@@ -199,7 +199,7 @@ def _validation(folder: Path) -> str:
 
 def _own(kind: type, what: str) -> Callable[[Path], str]:
     def read(folder: Path) -> str:
-        found = load_objects(folder / "own.py", kind, what)
+        found: list[Any] = load_objects(folder / "own.py", kind, what)
         return "" if all(isinstance(one, kind) for one in found) else f"{found}"
 
     return read

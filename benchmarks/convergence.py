@@ -88,7 +88,8 @@ def base(*assignments: str) -> BendingTest:
 
 def record_meshes() -> None:
     """Simulate the ladders and the recipes for use."""
-    runs, done = SharedRuns(), {}
+    runs = SharedRuns()
+    done: dict[str, Any] = {}
     for order in (1, 2):
         study = converge(base(), order, runs=runs)
         done |= dict(zip(study.meshes["mesh"], study.runs, strict=True))

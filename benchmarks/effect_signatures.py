@@ -56,7 +56,7 @@ SECOND: dict[str, list[str]] = {
 The last one continues where the first test ends."""
 
 Array = NDArray[np.float64]
-GRID_MM: Array = np.linspace(0.25, 14.0, 56)
+GRID_MM = np.linspace(0.25, 14.0, 56)
 
 
 @dataclass(frozen=True)
@@ -221,8 +221,8 @@ def second(runs: Runs, test: BendingTest, what: str) -> tuple[Baseline, dict[str
     tests = _changed(other)
     for name, done in zip(tests, runs.map([Simulation(t) for t in tests.values()]), strict=True):
         if done.error is None and not done.result().result.jumps:
-            curve = recorded(done.result().result.curve, unloading)
-            changes[name] = curve - baseline.force_N
+            changed = recorded(done.result().result.curve, unloading)
+            changes[name] = changed - baseline.force_N
     return baseline, changes
 
 

@@ -80,7 +80,9 @@ def write_case(roots: rf.Dataset, implant: Implant | None, folder: Path) -> None
     """Write the data set of a case."""
     table = pd.DataFrame([record.row for record in roots.records])
     table["machine"] = np.resize(["first", HALF], len(table))
-    table["span_mm"] = roots.baseline.fixture.span_mm
+    fixture = roots.baseline.fixture
+    assert isinstance(fixture, rf.Fixture)  # as `roots.BASELINE` has it
+    table["span_mm"] = fixture.span_mm
     table["curve"] = [f"curves/{record.name}.csv" for record in roots.records]
     curves = [record.curve for record in roots.records]
     curves = [curve[curve["displacement_mm"] < TO_MM + 0.1] for curve in curves]  # none breaks

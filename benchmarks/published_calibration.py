@@ -27,8 +27,12 @@ from ramiefenics.calibration.selection import select_surface
 from ramiefenics.calibration.study import read_study
 from ramiefenics.reconciliation.printed_design import table5
 from ramiefenics.reconciliation.reconcile import reconcile
+from ramiefenics.surrogate import Effort
 
 ALPHA = 1.682
+CAMPAIGN = Campaign((), 0, Effort(0, 0, 0.0))
+"""No simulations: the forces are the published ones."""
+
 CASES = {"ten specimens' mean, 1.74 N": 1.742, "a perfect measurement": 1e-6}
 
 
@@ -49,7 +53,7 @@ def main(folder: Path) -> None:
         names = {"row": "run", repaired.printed.response: "max_force_N"}
         runs = repaired.design.rename(columns=names).assign(ending="completed")
         surfaces = {"max_force_N": surface}
-        found = Calibration(study, baseline, space, design, Campaign((), 0), runs, surfaces, fit)
+        found = Calibration(study, baseline, space, design, CAMPAIGN, runs, surfaces, fit)
         print(f"\n{what}; of the surface {surface.prediction_error:.2f} N")
         print("\n".join(found.findings()))
         print("contraction of the prior variance:", fit.posterior.contraction.round(2))

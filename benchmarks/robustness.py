@@ -106,7 +106,7 @@ def main() -> None:
     index = pd.MultiIndex.from_tuples(keys, names=["stalk", "radius", "friction", "nu_XY"])
     runs = pd.DataFrame(list(rows.values()), index=index)
     lines = [
-        [STALKS[stalk], f"{radius:g}", *summary(group)]
+        [STALKS[str(stalk)], f"{radius:g}", *summary(group)]
         for (stalk, radius), group in runs.groupby(level=["stalk", "radius"])
     ]
     text = HEAD + table(["stalk", "radius (mm)", *head], lines)

@@ -103,8 +103,8 @@ def discovered(data: Path, out: Path) -> dict[str, Any]:
     subprocess.run([*command, *(f"--suspect={name}" for name in TRIED)], check=True)
     wall = time.perf_counter() - start
     verdict = json.loads((out / "verdict.json").read_text())
-    kept = ("verdict", "groups", "p_value", "misfit_p_value", "probabilities", "amplitudes")
-    kept += ("gain", "shape_gain", "anatomy", "findings")
+    kept = ["verdict", "groups", "p_value", "misfit_p_value", "probabilities", "amplitudes"]
+    kept += ["gain", "shape_gain", "anatomy", "findings"]
     return {"wall_s": wall, **{key: verdict[key] for key in kept}}
 
 

@@ -38,7 +38,7 @@ from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.effects import EFFECTS, SUSPECTS
 from ramiefenics.results.style import BLUE, GREY, STYLE, VERMILION
 from ramiefenics.runs import Runs, dask_workers, workers
-from ramiefenics.runs.curve import CurveTask, simulated
+from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.runs.executor import Done
 from ramiefenics.specification import mesh_recipe
 
@@ -57,7 +57,7 @@ TRIED = {"24 suspects": tuple(SUSPECTS), "six suspects": SIX}
 MOST_WITH_SIX = 25  # stalks; with more, confirming takes nearly all time, whatever the suspects
 
 
-class OnFineMesh:
+class OnFineMesh(Mapper):
     """Stand-in for `Runs` that scales coarse curves to the fine mesh of a few of the stalks.
 
     Attributes
@@ -104,7 +104,7 @@ class Timed(Executor):
         self._pool, self._left = pool, 0
         self.rounds: list[list[float]] = []
 
-    def submit(self, function: Callable[..., Any], /, *args: Any) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Submit a task."""
         if self._left == 0:
             self.rounds.append([])
@@ -120,14 +120,14 @@ class Timed(Executor):
             self.rounds[-1].append(round(seconds, 2))
             done.set_result(result)
 
-        self._pool.submit(timed, function, *args).add_done_callback(finish)
+        self._pool.submit(timed, function, *args, **kwargs).add_done_callback(finish)
         return done
 
 
-def timed(function: Callable[..., Any], *args: Any) -> tuple[float, Any]:
+def timed(function: Callable[..., Any], *args: Any, **kwargs: Any) -> tuple[float, Any]:
     """Return the duration of a call, s, and its result."""
     start = time.perf_counter()
-    result = function(*args)
+    result = function(*args, **kwargs)
     return time.perf_counter() - start, result
 
 

@@ -76,7 +76,8 @@ def cylinder(
 ) -> tuple[str, int, int]:
     """Return the input of a cylinder above (side 1) or below (-1) the tube, and the next ids."""
     center = side * (TUBE_RADIUS + radius - SETTLE)
-    nodes, elements = [], []
+    nodes: list[tuple[float, ...]] = []
+    elements: list[tuple[int, ...]] = []
     facets = round(math.radians(FACETS_ANGLE) * radius / FACET)
     for i in range(-facets, facets + 1):
         angle = math.radians(i * FACETS_ANGLE / facets)

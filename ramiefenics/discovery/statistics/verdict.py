@@ -31,7 +31,7 @@ ENOUGH = 3.0
 """Log-evidence that an effect has to gain whichever specimen is left out: odds of 20."""
 
 VERDICTS = {
-    "none": "the residual of the fit cannot be told from noise",
+    "none": "the residual cannot be told from noise, or one specimen alone speaks for an effect",
     "cause": "one or more effects explain what is missing, and no others do",
     "ambiguous": "something is missing, and these data cannot tell which of several effects it is",
     "conflict": "the fitted factors contradict their stated values, and no suspect explains this",
