@@ -47,7 +47,8 @@ class Promises:
     def __init__(self, fitted: FittedSets, free: Collection[str]) -> None:
         self._fitted, self._free = fitted, frozenset(free)
         self._promised: dict[Names, float] = {}
-        self._overrated: dict[str, list[float]] = {}  # by added effect: promise minus score
+        # promise minus score, by added effect and size of the set
+        self._overrated: dict[tuple[str, int], list[float]] = {}
         self._insisted: set[Names] = set()  # fitted however good other sets are
 
     def __len__(self) -> int:
@@ -97,13 +98,21 @@ class Promises:
         self._promised[names] = max(promise, self._promised.get(names, promise))
 
     def _expected(self, names: Names) -> float:
-        """Return the score promised of a set, less the excess promised of its effects before."""
-        return self._promised[names] - self.excess({*names} - {*self._fitted.part(names).names})
+        """Return the score promised of a set, less the excess promised of its effects before.
+
+        Only sets of the same size count, because an effect that explains little alone may explain
+        much beside another one.
+        """
+        added = {*names} - {*self._fitted.part(names).names}
+        return self._promised[names] - self._mean_excess(added, {len(names)})
 
     def excess(self, added: Iterable[str]) -> float:
         """Return the mean excess that derivatives have promised, the largest of added effects."""
-        before = [self._overrated.get(name, [0.0]) for name in added]
-        return max([0.0, *(sum(some) / len(some) for some in before)])
+        return self._mean_excess(added, {size for _, size in self._overrated})
+
+    def _mean_excess(self, added: Iterable[str], sizes: Collection[int]) -> float:
+        before = [[v for s in sizes for v in self._overrated.get((n, s), ())] for n in added]
+        return max([0.0, *(sum(some) / len(some) for some in before if some)])
 
     def best(self, refused: Collection[Names]) -> Names | None:
         """Return the set to be fitted next; None if no further set is worth it."""
@@ -140,7 +149,8 @@ class Promises:
         names = reached.names
         if math.isfinite(promise := self._promised.get(names, math.inf)):
             for name in set(names) - set(part.names):
-                self._overrated.setdefault(name, []).append(promise - reached.score)
+                excess = promise - reached.score
+                self._overrated.setdefault((name, len(names)), []).append(excess)
 
     def is_rival_pair(self, names: Names) -> bool:
         """Return whether a set is a pair of effects without simulations that is to be fitted."""
