@@ -24,7 +24,7 @@ from record import DOCS, read_record, table, write_record
 
 from ramiefenics.discovery.planning.plan import UNLOADED
 from ramiefenics.discovery.planning.power import POWER, Design, power, predicted_evidence, repeated
-from ramiefenics.discovery.report.findings import with_space
+from ramiefenics.discovery.report.wording import with_space
 from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect
 from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit_scatter import fit_scatter

@@ -87,6 +87,12 @@ def test_what_one_specimen_speaks_for_is_told_where_nothing_else_is():
     assert "of any suspect (p = 0.0005)" in findings(found("none", {"xylem.axial": 0.5}))[0]
 
 
+def test_what_one_specimen_speaks_for_is_told_beside_causes():
+    reason = "rests on b alone: without it the log-evidence gain is 0.3"
+    told = findings(found("cause", reasons={"pith_core": reason}))
+    assert f"Pith core would be named as well, but {reason}." in told
+
+
 def test_every_cause_is_named_with_its_size():
     first = findings(found("cause", groups=(("taper",), ("pith_core",))))[0]
     assert first.startswith("The causes are taper: 0.01 mm/mm (95 % interval 0.008 to 0.012) and ")

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
+from ramiefenics.discovery.search.promises import Promises
 from ramiefenics.discovery.search.search import Search
 from ramiefenics.specification import SpecificationError
 
@@ -104,3 +105,15 @@ def test_a_probable_set_is_fitted_before_it_enters_the_result(
     monkeypatch.setattr(search, "_compared", lambda best: posterior)
     monkeypatch.setattr(search, "_with_own", lambda found: found)
     assert search._probable() == expected
+
+
+def test_a_promise_of_a_pair_is_not_reduced_by_what_was_promised_of_its_effects_alone() -> None:
+    """An effect that explains little alone may explain much beside another one."""
+    sets = FittedSets({(): reached((), 20.0, True)})
+    promises = Promises(sets, ())
+    promises._promised |= {("damage",): 40.0, ("gap",): 26.0, ("gap", "damage"): 30.0}
+    for names, score in {("damage",): 15.0, ("gap",): 26.0}.items():
+        sets[names] = reached(names, score, True)
+        promises.learn(sets[()], sets[names])
+    assert promises.excess(["damage"]) == 25.0
+    assert promises.best(()) == ("gap", "damage")

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ramiefenics.discovery.planning.power import Design, Power, power, predicted_evidence, repeated
-from ramiefenics.discovery.report.findings import with_space
+from ramiefenics.discovery.report.wording import with_space
 from ramiefenics.effects import EFFECTS, Effect
 from ramiefenics.measured.changes import changed
 from ramiefenics.results.result import Picture, Result, Table

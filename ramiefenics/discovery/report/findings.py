@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from ramiefenics.discovery.report.wording import listed, with_space, words
 from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.hidden import Limit
 from ramiefenics.discovery.statistics.verdict import INDIFFERENT, SIGNIFICANCE, UNFITTED
@@ -32,6 +33,7 @@ def findings(found: Discovery) -> list[str]:
     return [
         _verdict(found),
         *_better(found),
+        *_one_specimen(found),
         *_next(found),
         *_unfitted(found),
         *_broken(found),
@@ -115,21 +117,36 @@ def _similar(found: Discovery) -> str:
     names = [name for name in found.anatomy.place.similar if name not in found.effects]
     if not names:
         return ""
-    listed = " or ".join(map(_words, names))
-    return f" It may stand for {listed}, which are tried only if asked for by --suspect."
+    either = " or ".join(map(words, names))
+    return f" It may stand for {either}, which are tried only if asked for by --suspect."
 
 
 def _alone(found: Discovery, p: str) -> str:
-    alone = [name for name, reason in found.reasons.items() if reason.startswith("rests on")]
+    alone = _resting(found)
     if not alone:
         return f"({p})"
     rest = "rests on a single one" if len(alone) == 1 else "each rest on a single one"
-    return f"supported by more than one specimen; {_listed(alone)} ({p}) {rest}"
+    return f"supported by more than one specimen; {listed(alone)} ({p}) {rest}"
+
+
+def _one_specimen(found: Discovery) -> list[str]:
+    """Return which effects are not named beside others, as a single specimen decides."""
+    if found.verdict not in ("cause", "ambiguous"):
+        return []
+    return [
+        f"{words(name).capitalize()} would be named as well, but {found.reasons[name]}."
+        for name in _resting(found)
+    ]
+
+
+def _resting(found: Discovery) -> list[str]:
+    """Return the effects for which a single specimen decides."""
+    return [name for name, reason in found.reasons.items() if reason.startswith("rests on")]
 
 
 def _left(found: Discovery) -> str:
     names = list(found.amplitudes)
-    return f"the most probable set ({_listed(names)})" if names else "the fit of the factors"
+    return f"the most probable set ({listed(names)})" if names else "the fit of the factors"
 
 
 def _named(found: Discovery, p: str) -> str:
@@ -140,10 +157,10 @@ def _named(found: Discovery, p: str) -> str:
     but = _unshown(found.gain, found.shape_gain)
     told = []
     if sizes:
-        told.append(f"The cause{' is' if len(sizes) == 1 else 's are'} {_listed(sizes)}, {p}{but}.")
+        told.append(f"The cause{' is' if len(sizes) == 1 else 's are'} {listed(sizes)}, {p}{but}.")
     for group in open_groups:
         probable = ", ".join(
-            f"{_words(name)} ({found.posterior.inclusion()[name]:.0%})" for name in group
+            f"{words(name)} ({found.posterior.inclusion()[name]:.0%})" for name in group
         )
         also = " also" if sizes else ""
         tail = "" if sizes else f", {p}{but}"
@@ -159,7 +176,7 @@ def _sets(found: Discovery) -> list[str]:
     sets = found.posterior.probable()
     if max(map(len, sets), default=0) < 2:
         return []
-    each = [f"{_listed(names) if names else 'nothing'} ({p:.0%})" for names, p in sets.items()]
+    each = [f"{listed(names) if names else 'nothing'} ({p:.0%})" for names, p in sets.items()]
     return [f"Probable combinations: {'; or '.join(each[:MOST])}."]
 
 
@@ -175,28 +192,14 @@ def _predictions(gain: Gain, shapes: Gain) -> str:
 
 def _size(found: Discovery, name: str) -> str:
     if name not in found.amplitudes:
-        return _words(name)
+        return words(name)
     low, high = found.interval(name)
     value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
     times = abs(found.amplitudes[name] / found.effects[name].typical)
     far = ""
     if times > UNUSUAL:
         far = f", {times:.2g} times the typical amplitude, so it may stand in for another effect"
-    return f"{_words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far})"
-
-
-def with_space(unit: str) -> str:
-    """Return a unit with the space before it; nothing for a pure number."""
-    return "" if unit == "1" else f" {unit}"
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _listed(parts: Sequence[str]) -> str:
-    *first, last = map(_words, parts)
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far})"
 
 
 def _unshown(curves: Gain, shapes: Gain) -> str:
@@ -227,7 +230,7 @@ def _broken(found: Discovery) -> list[str]:
         return []
     return [
         "Specimens that appear to have broken, slipped or been mis-measured are excluded: "
-        f"{_listed(found.broken)}."
+        f"{listed(found.broken)}."
     ]
 
 
@@ -270,7 +273,7 @@ def _unfitted(found: Discovery) -> list[str]:
     if not names:
         return []
     return [
-        f"By derivatives, {_listed(names)} would be probable too, but no set with such an effect "
+        f"By derivatives, {listed(names)} would be probable too, but no set with such an effect "
         "was fitted better: the curves change abruptly with the parameters, or the search ended "
         "too early. The verdict is to be trusted less for this."
     ]
@@ -286,15 +289,15 @@ def _untried(found: Discovery) -> list[str]:
     if not names:
         return []
     more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
-    listed = ", ".join(_words(name) for name in names[:MOST])
-    return [f"Suspects that could not be tried, for the reasons in the table: {listed}{more}."]
+    first = ", ".join(map(words, names[:MOST]))
+    return [f"Suspects that could not be tried, for the reasons in the table: {first}{more}."]
 
 
 def _limit(found: Discovery, name: str, limit: Limit) -> str:
     unit = with_space(found.effects[name].unit)
-    by = f", imitated by {_listed(limit.imitated_by[:2])}" if limit.imitated_by else ""
+    by = f", imitated by {listed(limit.imitated_by[:2])}" if limit.imitated_by else ""
     return (
-        f"{_words(name)} of {limit.low:.2g} to {limit.high:.2g}{unit} "
+        f"{words(name)} of {limit.low:.2g} to {limit.high:.2g}{unit} "
         f"({100 * limit.share:.2g} % of the peak{by})"
     )
 

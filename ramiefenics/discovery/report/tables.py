@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from ramiefenics.discovery.report.findings import with_space
+from ramiefenics.discovery.report.wording import with_space
 from ramiefenics.results.result import Table
 from ramiefenics.specification.files import to_dict
 
