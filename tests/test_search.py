@@ -107,13 +107,16 @@ def test_a_probable_set_is_fitted_before_it_enters_the_result(
     assert search._probable() == expected
 
 
-def test_a_promise_of_a_pair_is_not_reduced_by_what_was_promised_of_its_effects_alone() -> None:
-    """An effect that explains little alone may explain much beside another one."""
+def test_a_promise_is_not_reduced_by_errors_of_promises_made_elsewhere() -> None:
+    """Derivatives where one effect fits may be right though those at the baseline were not."""
     sets = FittedSets({(): reached((), 20.0, True)})
     promises = Promises(sets, ())
-    promises._promised |= {("damage",): 40.0, ("gap",): 26.0, ("gap", "damage"): 30.0}
+    for names, promised in {("damage",): 20.0, ("gap", "damage"): 10.0, ("gap",): 6.0}.items():
+        promises._promise(names, sets[()], promised)
     for names, score in {("damage",): 15.0, ("gap",): 26.0}.items():
         sets[names] = reached(names, score, True)
         promises.learn(sets[()], sets[names])
     assert promises.excess(["damage"]) == 25.0
+    assert promises.best(()) is None
+    promises._promise(("gap", "damage"), sets["gap",], 4.0)
     assert promises.best(()) == ("gap", "damage")

@@ -9,7 +9,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
-from ramiefenics.discovery.statistics.causes import Causes
+from ramiefenics.discovery.statistics.causes import NUMBER, Causes
 
 PROMISING = -1.0
 """Least gain in log-probability over all smaller sets that derivatives must promise of a set."""
@@ -46,8 +46,9 @@ class Promises:
 
     def __init__(self, fitted: FittedSets, free: Collection[str]) -> None:
         self._fitted, self._free = fitted, frozenset(free)
-        self._promised: dict[Names, float] = {}
-        # promise minus score, by added effect and size of the set
+        # scores, by the size of the set where they were promised
+        self._promised: dict[Names, dict[int, float]] = {}
+        # promise minus score, by added effect and the size of the set where it was promised
         self._overrated: dict[tuple[str, int], list[float]] = {}
         self._insisted: set[Names] = set()  # fitted however good other sets are
 
@@ -57,7 +58,7 @@ class Promises:
 
     def demand(self, names: Names) -> None:
         """Have a set fitted, whatever its size."""
-        self._promised[names] = math.inf
+        self._promised[names] = {0: math.inf}
 
     def propose(self, start: Reached, found: Causes) -> None:
         """Note what derivatives promise of larger sets.
@@ -94,23 +95,30 @@ class Promises:
         return sorted(next_size, key=lambda one: -one[1])[: 1 if here else SINGLES]
 
     def _promise(self, names: Names, start: Reached, gain: float) -> None:
-        promise = start.score + gain
-        self._promised[names] = max(promise, self._promised.get(names, promise))
+        here, promise = self._promised.setdefault(names, {}), start.score + gain
+        here[len(start.names)] = max(promise, here.get(len(start.names), promise))
 
     def _expected(self, names: Names) -> float:
         """Return the score promised of a set, less the excess promised of its effects before.
 
-        Only sets of the same size count, because an effect that explains little alone may explain
-        much beside another one.
+        Each promise is only compared with those made at sets of the same size, because derivatives
+        where one effect fits may be right though those at the baseline were not.
         """
         added = {*names} - {*self._fitted.part(names).names}
-        return self._promised[names] - self._mean_excess(added, {len(names)})
+        return max(
+            promise - self.excess(added, {size}) for size, promise in self._promised[names].items()
+        )
 
-    def excess(self, added: Iterable[str]) -> float:
-        """Return the mean excess that derivatives have promised, the largest of added effects."""
-        return self._mean_excess(added, {size for _, size in self._overrated})
+    def excess(self, added: Iterable[str], sizes: Collection[int] = range(len(NUMBER))) -> float:
+        """Return the mean excess that derivatives have promised, the largest of added effects.
 
-    def _mean_excess(self, added: Iterable[str], sizes: Collection[int]) -> float:
+        Parameters
+        ----------
+        added
+            The effects.
+        sizes
+            Sizes of the sets where it was promised.
+        """
         before = [[v for s in sizes for v in self._overrated.get((n, s), ())] for n in added]
         return max([0.0, *(sum(some) / len(some) for some in before if some)])
 
@@ -128,7 +136,8 @@ class Promises:
         """
         if names not in self._insisted:
             return False
-        promising = self._promised[names] > self._fitted.best.score - FREE_RIVAL
+        promised = max(self._promised[names].values())
+        promising = promised > self._fitted.best.score - FREE_RIVAL
         return len(names) == 1 or (promising and not set(names) > set(self._fitted.best.names))
 
     def _least(self, names: Names) -> float:
@@ -147,10 +156,11 @@ class Promises:
             The set.
         """
         names = reached.names
-        if math.isfinite(promise := self._promised.get(names, math.inf)):
-            for name in set(names) - set(part.names):
-                excess = promise - reached.score
-                self._overrated.setdefault((name, len(names)), []).append(excess)
+        for size, promise in self._promised.get(names, {}).items():
+            if math.isfinite(promise):
+                for name in set(names) - set(part.names):
+                    excess = promise - reached.score
+                    self._overrated.setdefault((name, size), []).append(excess)
 
     def is_rival_pair(self, names: Names) -> bool:
         """Return whether a set is a pair of effects without simulations that is to be fitted."""
