@@ -211,6 +211,16 @@ def test_factors_are_the_conditional_mean():
         assert np.allclose(fit.log_factors[s], fit.common_log_factors + own, atol=1e-10)
 
 
+def test_what_is_left_is_the_conditional_mean_of_the_noise():
+    found = evidence({"tilt": 1.0})
+    scatter = replace(SCATTER, spread={"tilt": 0.5})
+    left, simulator = Fit(found, ("tilt",), scatter).remaining()
+    nothing = {name: 0.0 * getattr(found, name) for name in ("by_own", "by_common", "nuisance")}
+    noise = dense(replace(found, **nothing), scatter)
+    expected = noise @ np.linalg.solve(dense(found, scatter, ("tilt",)), found.residual.ravel())
+    assert np.allclose((left - simulator).ravel(), expected, atol=1e-10)
+
+
 def test_a_broken_specimen_is_found_and_does_not_decide():
     found = evidence({"swing": 1.0})
     wrong = found.residual - 0.15 * ((X > 0.5) & (found.blocks.specimen == 3)[:, None])

@@ -116,30 +116,42 @@ class Fit:
 
     def _own_log_factors(self, errors: Array) -> Array:
         """Return specimens' expected own log factors, shape (n, k), given errors, shape (r, m)."""
-        blocks = self.evidence.blocks
-        own = blocks.stack(self.evidence.by_own)
-        covariance = self.evidence.covariance(self.scatter)
-        weights = np.linalg.solve(covariance, blocks.stack(errors[:, None]))
         squares = np.array(self.scatter.own) ** 2
-        return np.asarray(squares * np.einsum("nbk,nbc->nk", own, weights))
+        return squares * self._information(self.evidence.by_own, errors)
 
     def _by_own(self, log_factors: Array) -> Array:
         """Return the change of curves, (r, m), by specimens' own log factors, shape (n, k)."""
         each = log_factors[self.evidence.blocks.specimen]
         return np.asarray(np.einsum("rkm,rk->rm", self.evidence.by_own, each))
 
+    def _by_own_amplitudes(self, errors: Array) -> Array:
+        """Return the change of curves by what specimens' expected amplitudes differ, (r, m)."""
+        which = [self.evidence.names.index(name) for name in self.scatter.spread]
+        signatures = self.evidence.signatures[:, which]
+        squares = np.array(list(self.scatter.spread.values())) ** 2
+        each = (squares * self._information(signatures, errors))[self.evidence.blocks.specimen]
+        return np.asarray(np.einsum("rpm,rp->rm", signatures, each))
+
+    def _information(self, columns: Array, errors: Array) -> Array:
+        """Return products of columns, (r, q, m), with errors, (r, m), by specimen, (n, q)."""
+        blocks = self.evidence.blocks
+        covariance = self.evidence.covariance(self.scatter)
+        weights = np.linalg.solve(covariance, blocks.stack(errors[:, None]))
+        return np.asarray(np.einsum("nbq,nbc->nq", blocks.stack(columns), weights))
+
     def remaining(self) -> tuple[Array, Array]:
         """Return the residual of the fit, and the part of it attributed to the simulator.
 
-        Both have shape (r, m). The fit includes common factors, every specimen's own factors, and
-        effects.
+        Both have shape (r, m). The fit includes common factors and effects, and every specimen's
+        own factors and amplitudes.
         """
         k, number = self._factors, len(self.chosen)
         expected = self._deviations[0]
         nuisance = expected[k : len(expected) - number]
         simulator = np.einsum("rqm,q->rm", self.evidence.nuisance, nuisance)
-        left = self._without_shared() - self._by_own(self._own_log_factors(self._without_shared()))
-        return left + simulator, simulator
+        errors = self._without_shared()
+        own = self._by_own(self._own_log_factors(errors)) + self._by_own_amplitudes(errors)
+        return errors - own + simulator, simulator
 
     @cached_property
     def _simulation(self) -> Fit:
