@@ -16,8 +16,8 @@ def pictures(found: Discovery) -> dict[str, Picture]:
         "residual": Picture(
             partial(figures.residual_figure, found),
             "What is wrong, and what is left of it: residuals without effects and, if any were "
-            "fitted, with them; each specimen has its own factors. Grey: single curves. Dashed: "
-            "part attributed to mesh and simulator.",
+            "fitted, with them; each specimen has its own factors, and amplitudes where these "
+            "differ. Grey: single curves. Dashed: part attributed to mesh and simulator.",
         ),
         **_suspects(found),
         **_better(found),
