@@ -2,8 +2,8 @@
 
     ./run python benchmarks/anatomy.py
 
-Takes a quarter of an hour. Keeps finished cases in `records/anatomy.json`, and writes
-`docs/discovery_anatomy.md` with its picture.
+Takes a quarter of an hour for each of six cases on two cores. Keeps finished cases in
+`records/anatomy.json`, and writes `docs/discovery_anatomy.md` with its picture.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     ./run python benchmarks/roots.py FOLDER [--roots 12] [--genotype A632]
 
 FOLDER has the measured roots of Hostetler, Erndwein and others 2022 (Annals of Botany, doi
-10.1093/aob/mcac029): `specimens.csv` and `curves`. Takes ten minutes for each genotype on two
-cores. Results go to `results/roots-GENOTYPE`, the verdicts to `records/roots.json`.
+10.1093/aob/mcac029): `specimens.csv` and `curves`. Takes ten to forty minutes for each genotype
+on two cores. Results go to `results/roots-GENOTYPE`, the verdicts to `records/roots.json`.
 """
 
 from __future__ import annotations
