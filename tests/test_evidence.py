@@ -253,6 +253,26 @@ def test_a_broken_specimen_is_no_sign_of_amplitudes_that_differ():
     assert fit_scatter(broken, ("late",)).spread["late"] < 1.0
 
 
+@pytest.mark.parametrize("high", [3.0, 9.0])
+def test_amplitudes_of_specimens_stay_within_bounds(high):
+    """Specimens have amplitudes of -2 to 6; where 3 is the most, they differ by less."""
+    found = evidence({})
+    swing = replace(effect("swing", True, -high), bounds=(-high, high))
+    each = np.linspace(-2.0, 6.0, found.blocks.number)[found.blocks.specimen]
+    signature = found.suspects["swing"].signature
+    found = replace(
+        found,
+        residual=found.residual + each[:, None] * signature,
+        suspects={**found.suspects, "swing": Suspect(swing, signature)},
+    )
+    fit = Fit(found, ("swing",), fit_scatter(found, ("swing",)))
+    scale = float(found.scale[found.names.index("swing")])
+    own = fit._by_own_amplitudes(fit._without_shared()) / signature
+    amplitudes = np.median(own, axis=1) + fit.amplitudes["swing"]
+    assert (amplitudes.max() > 5.0) == (high > 6.0)
+    assert amplitudes.max() < high + 0.2 * scale
+
+
 def test_scatter_is_estimated():
     """So few specimens allow a factor of two, and 20 % for the noise."""
     many = tuple(f"S{k}" for k in range(24))

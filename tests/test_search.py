@@ -116,7 +116,7 @@ def test_a_promise_is_not_reduced_by_errors_of_promises_made_elsewhere() -> None
     for names, score in {("damage",): 15.0, ("gap",): 26.0}.items():
         sets[names] = reached(names, score, True)
         promises.learn(sets[()], sets[names])
-    assert promises.excess(["damage"]) == 25.0
+    assert promises.excess(["damage"], 0) == 25.0
     assert promises.best(()) is None
     promises._promise(("gap", "damage"), sets["gap",], 4.0)
     assert promises.best(()) == ("gap", "damage")

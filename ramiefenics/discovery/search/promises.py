@@ -9,7 +9,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
-from ramiefenics.discovery.statistics.causes import NUMBER, Causes
+from ramiefenics.discovery.statistics.causes import Causes
 
 PROMISING = -1.0
 """Least gain in log-probability over all smaller sets that derivatives must promise of a set."""
@@ -106,20 +106,20 @@ class Promises:
         """
         added = {*names} - {*self._fitted.part(names).names}
         return max(
-            promise - self.excess(added, {size}) for size, promise in self._promised[names].items()
+            promise - self.excess(added, size) for size, promise in self._promised[names].items()
         )
 
-    def excess(self, added: Iterable[str], sizes: Collection[int] = range(len(NUMBER))) -> float:
+    def excess(self, added: Iterable[str], size: int) -> float:
         """Return the mean excess that derivatives have promised, the largest of added effects.
 
         Parameters
         ----------
         added
             The effects.
-        sizes
-            Sizes of the sets where it was promised.
+        size
+            Number of effects of the sets where it was promised.
         """
-        before = [[v for s in sizes for v in self._overrated.get((n, s), ())] for n in added]
+        before = [self._overrated.get((name, size), ()) for name in added]
         return max([0.0, *(sum(some) / len(some) for some in before if some)])
 
     def best(self, refused: Collection[Names]) -> Names | None:

@@ -271,7 +271,7 @@ class Search:
                 larger = np.array([part <= set(chosen) for chosen in found.sets])
                 own = there.log_evidence + reached.score - there.score(names)
                 own[larger] -= [
-                    self._promises.excess(found.names[i] for i in set(chosen) - part)
+                    self._promises.excess((found.names[i] for i in set(chosen) - part), len(names))
                     for chosen in np.array(found.sets, dtype=object)[larger]
                 ]
                 log_evidence[larger] = np.maximum(log_evidence, own)[larger]

@@ -22,6 +22,9 @@ nothing is known."""
 WIDEST = 4.0
 """Largest difference of the logarithm of a standard deviation from its prior median."""
 
+NARROWER = 0.3
+"""Difference of logarithms by which a standard deviation is reduced where it is too large."""
+
 
 def fit_scatter(
     evidence: Evidence, effects: Sequence[str] = (), start: Scatter | None = None
@@ -31,6 +34,9 @@ def fit_scatter(
     The common factors count as unknown (restricted maximum likelihood: Patterson and Thompson
     1971). Otherwise, where they contradict what was known of them, the specimens' own factors would
     take up the difference, as if specimens differed by more than they do.
+
+    Amplitudes differ between specimens by no more than keeps the expected amplitude of each within
+    its bounds: no section is flatter than flat.
     """
     suspects = evidence.suspects
     differ = tuple(name for name in effects if suspects[name].effect.per_specimen)
@@ -46,15 +52,53 @@ def fit_scatter(
     if start is not None:
         same = len(start.own) + 3
         first[:same] = start.logarithms()[:same]
-    found = minimize(
-        loss,
-        first,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=[(value - WIDEST, value + WIDEST) for value in middle],
-        options={"maxiter": 60, "ftol": 1e-7},
-    )
-    return typical.moved(found.x)
+    low, high = middle - WIDEST, middle + WIDEST
+    while True:
+        found = minimize(
+            loss,
+            np.clip(first, low, high),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=np.stack([low, high], axis=1),
+            options={"maxiter": 60, "ftol": 1e-7},
+        ).x
+        scatter = typical.moved(found)
+        if not differ:
+            return scatter
+        beyond = np.append(np.zeros(len(found) - len(differ)), _beyond(blind, effects, scatter))
+        if not np.any((beyond > 0.0) & (found > low)):
+            return scatter
+        high = np.where(beyond > 0.0, np.maximum(found - NARROWER, low), high)
+
+
+def _beyond(evidence: Evidence, effects: Sequence[str], scatter: Scatter) -> Array:
+    """Return how far beyond its bounds some specimen's expected amplitude is, shape (spread,).
+
+    The mean counts as within them.
+    """
+    inverse = np.linalg.inv(evidence.covariance(scatter))
+    columns = evidence.shared_columns([evidence.names.index(name) for name in effects])
+    _, _, expected, residual = _fitted(columns, inverse, evidence.data)
+    mean = dict(zip(effects, expected[len(expected) - len(effects) :, 0], strict=True))
+    far = []
+    for name, sd in scatter.spread.items():
+        index = evidence.names.index(name)
+        signature = evidence.shared_columns([index])[..., -1]
+        low, high = evidence.bounds[index]
+        each = np.clip(mean[name], low, high) + sd**2 * (signature * residual[..., 0]).sum(axis=1)
+        far.append(max(each.max() - high, low - each.min()))
+    return np.array(far)
+
+
+def _fitted(columns: Array, inverse: Array, data: Array) -> tuple[Array, Array, Array, Array]:
+    """Return weighted columns, the precision and the mean of their deviations, and the residual.
+
+    The mean has shape (c, 1). Columns and residual are multiplied by the inverse covariance.
+    """
+    weighted = inverse @ columns
+    gram = np.eye(columns.shape[2]) + np.tensordot(columns, weighted, axes=((0, 1), (0, 1)))
+    expected = np.linalg.solve(gram, np.tensordot(weighted, data, axes=((0, 1), (0, 1))))
+    return weighted, gram, expected, inverse @ data - weighted @ expected
 
 
 def without_knowledge(evidence: Evidence) -> Evidence:
@@ -82,10 +126,7 @@ def log_evidence_slope(
     columns = evidence.shared_columns([evidence.names.index(name) for name in effects])
     covariance = evidence.covariance(scatter)
     inverse, data = np.linalg.inv(covariance), evidence.data
-    weighted = inverse @ columns
-    gram = np.eye(columns.shape[2]) + np.tensordot(columns, weighted, axes=((0, 1), (0, 1)))
-    expected = np.linalg.solve(gram, np.tensordot(weighted, data, axes=((0, 1), (0, 1))))
-    residual = inverse @ data - weighted @ expected
+    weighted, gram, _, residual = _fitted(columns, inverse, data)
     volume = sum(
         2.0 * np.log(np.diagonal(np.linalg.cholesky(matrix), axis1=-2, axis2=-1)).sum()
         for matrix in (covariance, gram)
