@@ -24,7 +24,7 @@ from roots import TO_MM, chosen, discovered, write_dataset
 
 import ramiefenics as rf
 
-GENOTYPE, ROOTS = "Oh43", 12
+GENOTYPE, ROOTS = "A632", 12
 HALF = "second"
 
 
