@@ -18,7 +18,7 @@ import ramiefenics as rf
 from ramiefenics.discovery.curves.linearised import Linearised, Model
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.search.fitting import Fitted, Fitter
-from ramiefenics.discovery.synthetic import Broken, Secret, make_dataset
+from ramiefenics.discovery.synthetic import Broken, Secret, datasets, make_dataset
 from ramiefenics.runs.curve import CurveTask
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
@@ -193,6 +193,30 @@ def test_what_one_specimen_alone_speaks_for_is_no_cause(tmp_path: Path) -> None:
     found = discover_among(tmp_path, suspect)
     assert found.causes == ()
     assert found.broken or "rests on" in found.reasons[suspect.name]
+
+
+class Ending(Formula):
+    """The formula, up to the end of the travel only."""
+
+    def _curve(self, task: CurveTask) -> pd.DataFrame:
+        curve, end = super()._curve(task), task.test.protocol.travel_mm
+        rows = curve[curve["displacement_mm"] < end - 1e-9]
+        at = np.append(rows["displacement_mm"], end)
+        columns = {name: np.interp(at, curve["displacement_mm"], curve[name]) for name in curve}
+        return pd.DataFrame(columns)
+
+
+def test_simulations_go_on_where_displacement_is_recorded_too_small(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(datasets, "COMMON_SD", 0.01)  # otherwise moduli imitate it
+    scale = rf.EFFECTS["displacement_scale"]
+    make_dataset(tmp_path, Secret(scale, -0.08), 28, Ending())
+    suspects = {effect.name: effect for effect in (GAP, COMPLIANCE, scale)}
+    found = rf.discover(tmp_path, suspects, runs=Ending())
+    assert found.causes == (scale.name,)
+    low, high = found.interval(scale.name)
+    assert low < -0.08 < high
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,10 @@ from ramiefenics.specification import BendingTest, SpecificationError
 
 POINTS_OF_A_LINE = 21
 """Number of points of a predicted curve around each displacement to which a line is fitted."""
+
+FURTHER = 1.05
+"""Factor by which simulations are lengthened, once or several times, if displacement is recorded
+too small; in such steps, so that a small change of its scale needs no new ones."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +115,21 @@ def read(
     return np.asarray((weights * forces).sum(axis=1))
 
 
+def far_enough(test: BendingTest) -> BendingTest:
+    """Return a test whose recorded displacement, not only the true one, reaches its travel."""
+    steps = math.ceil(-math.log(test.machine.displacement_scale) / math.log(FURTHER) - 1e-9)
+    if steps <= 0:
+        return test
+    travel = FURTHER**steps * test.protocol.travel_mm
+    protocol = dataclasses.replace(test.protocol, travel_mm=travel, save_every_mm=travel)
+    return dataclasses.replace(test, protocol=protocol)
+
+
 def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     """Return the recorded force at recorded displacements, N.
+
+    Where only a displacement recorded too small keeps the simulated curve from reaching these, it
+    is continued straight on, see `far_enough`.
 
     Raises
     ------
@@ -125,7 +144,14 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
         worst = max(names, key=lambda name: getattr(test.machine, name))
         allowed = "must be low enough for the recorded displacement to increase throughout"
         raise SpecificationError(f"machine.{worst}", getattr(test.machine, worst), allowed)
-    if displacement[-1] < at_mm[-1] - 1e-9:
+    short = at_mm[-1] - displacement[-1]
+    if short > 1e-9 and test.machine.displacement_scale < 1.0 and travel[-1] > at_mm[-1] - 1e-9:
+        slope = np.diff(force)[-1] / np.diff(displacement)[-1]
+        displacement, force = (
+            np.append(displacement, at_mm[-1]),
+            np.append(force, force[-1] + slope * short),
+        )
+    elif short > 1e-9:
         allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
         raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)
     inside = np.minimum(at_mm, displacement[-1])

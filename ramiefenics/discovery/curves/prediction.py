@@ -13,7 +13,7 @@ from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.curves.changed_curves import Carried, following
 from ramiefenics.discovery.curves.linearised import Linearised, Model
 from ramiefenics.discovery.curves.mesh_changes import MeshChanges
-from ramiefenics.discovery.curves.observed import Observed, read
+from ramiefenics.discovery.curves.observed import Observed, far_enough, read
 from ramiefenics.discovery.curves.signatures import Signatures
 from ramiefenics.effects import Effect
 from ramiefenics.runs import Done
@@ -230,7 +230,8 @@ class Predictor:
 
     def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
         """Return the tasks of all curves, with the indenter's true paths in the machine."""
-        return [self.task(test) for test in tests]
+        tasks = [self.task(test) for test in tests]
+        return [dataclasses.replace(task, test=far_enough(task.test)) for task in tasks]
 
     def _by_factors(
         self,

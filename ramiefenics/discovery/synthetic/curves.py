@@ -10,7 +10,7 @@ import pandas as pd
 
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.curves.meshes import on_mesh
-from ramiefenics.discovery.curves.observed import recorded
+from ramiefenics.discovery.curves.observed import far_enough, recorded
 from ramiefenics.discovery.curves.standing import change_of
 from ramiefenics.runs.curve import CurveTask, Mapper, simulated
 from ramiefenics.specification import BendingTest, MeshRecipe, Target
@@ -72,7 +72,9 @@ def recorded_rows(
     """
     tests = [test for own in stalks for test in own]
     finely = [on_mesh(test, finest) for test in shown]
-    all_curves = simulated(runs, [CurveTask(test) for test in (*tests, *shown, *finely)])
+    all_curves = simulated(
+        runs, [CurveTask(far_enough(test)) for test in (*tests, *shown, *finely)]
+    )
     curves, both = all_curves[: len(tests)], all_curves[len(tests) :]
     pairs = zip(both[: len(shown)], both[len(shown) :], strict=True)
     shares = [_regular_change(*pair) for pair in pairs] * len(stalks)
