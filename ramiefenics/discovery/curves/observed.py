@@ -115,9 +115,13 @@ def read(
     return np.asarray((weights * forces).sum(axis=1))
 
 
-def far_enough(test: BendingTest) -> BendingTest:
-    """Return a test whose recorded displacement, not only the true one, reaches its travel."""
-    steps = math.ceil(-math.log(test.machine.displacement_scale) / math.log(FURTHER) - 1e-9)
+def far_enough(test: BendingTest, displacement_mm: float) -> BendingTest:
+    """Return a test whose travel is long enough for a recorded displacement, mm, to be reached.
+
+    Deflections of the machine, which only add to it, do not count.
+    """
+    reached = test.machine.displacement_scale * test.protocol.travel_mm
+    steps = math.ceil(math.log(displacement_mm / reached) / math.log(FURTHER) - 1e-9)
     if steps <= 0:
         return test
     travel = FURTHER**steps * test.protocol.travel_mm

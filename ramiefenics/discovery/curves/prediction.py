@@ -230,8 +230,8 @@ class Predictor:
 
     def exact_tasks(self, tests: Sequence[BendingTest]) -> list[CurveTask]:
         """Return the tasks of all curves, with the indenter's true paths in the machine."""
-        tasks = [self.task(test) for test in tests]
-        return [dataclasses.replace(task, test=far_enough(task.test)) for task in tasks]
+        tasks, end = [self.task(test) for test in tests], float(self._at.max())
+        return [dataclasses.replace(task, test=far_enough(task.test, end)) for task in tasks]
 
     def _by_factors(
         self,
