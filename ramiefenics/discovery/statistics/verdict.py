@@ -14,7 +14,7 @@ from ramiefenics.discovery.statistics.fit_scatter import log_evidence
 UNFITTED = "probable by derivatives only, see the findings"
 """Reason for not naming a suspect, see `without_fit`."""
 
-INDIFFERENT = "makes no difference to these curves"
+INDIFFERENT = "would not show in these curves, even at its largest amplitude"
 """Reason for not trying a suspect that could be tried."""
 
 SIGNIFICANCE = 0.005
