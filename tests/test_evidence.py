@@ -308,12 +308,13 @@ def test_factors_far_from_what_was_stated_are_a_conflict():
 def test_limits_hold_what_is_there_and_name_what_imitates_it():
     found = evidence({"tilt": 0.5, "swing": 1.0})
     fit = Fit(found, ("swing",), SCATTER)
-    told = limits([fit], ["first", "second"])
+    told = limits([fit], find_causes(found), ["first", "second"])
     assert told["tilt"].low < 0.5 < told["tilt"].high
     # a signature equal to that of a factor is as uncertain as the factor
     same = Suspect(effect("same"), found.by_own[:, 0])
     found = replace(found, suspects={**found.suspects, "same": same})
-    limit = limits([Fit(found, ("swing",), SCATTER)], ["first", "second"])["same"]
+    fit = Fit(found, ("swing",), SCATTER)
+    limit = limits([fit], find_causes(found), ["first", "second"])["same"]
     assert limit.imitated_by[0] == "first"
     assert limit.high - limit.low > 2 * 1.5 * FACTOR_SD
 
@@ -321,11 +322,26 @@ def test_limits_hold_what_is_there_and_name_what_imitates_it():
 def test_what_one_probable_set_does_not_exclude_is_not_excluded():
     found = evidence({"swing": 1.0})
     fits = [Fit(found, names, SCATTER) for names in ((), ("swing",))]
-    both, *each = (limits(some, ["first", "second"]) for some in (fits, fits[:1], fits[1:]))
+    causes = find_causes(found)
+    some = (fits, fits[:1], fits[1:])
+    both, *each = (limits(fits, causes, ["first", "second"]) for fits in some)
     for name, limit in both.items():
         assert limit.low == min(one[name].low for one in each)
         assert limit.high == max(one[name].high for one in each)
         assert limit.imitated_by == each[0][name].imitated_by
+
+
+def test_two_effects_for_which_a_third_was_taken_are_not_excluded():
+    """It has the signature of both together, and is more probable a priori than both."""
+    found = evidence({"swing": 1.0, "ripple": 1.0})
+    both = Suspect(effect("both"), sum(found.suspects[n].signature for n in ("swing", "ripple")))
+    found = replace(found, suspects={**found.suspects, "both": both})
+    causes = find_causes(found)
+    assert causes.best == ("both",)
+    told = limits([Fit(found, ("both",), causes.scatter)], causes, ["first", "second"])
+    for name in ("swing", "ripple"):
+        assert told[name].low < 0.0
+        assert 1.0 < told[name].high < 2.0
 
 
 def test_a_limit_beyond_a_bound_is_larger_than_nothing():
@@ -333,7 +349,8 @@ def test_a_limit_beyond_a_bound_is_larger_than_nothing():
     found = evidence({"swing": -3.0})
     bounded = replace(found.suspects["swing"], effect=effect("swing", low=0.0))
     suspects = {**found.suspects, "swing": bounded}
-    limit = limits([Fit(replace(found, suspects=suspects), (), SCATTER)], ["a", "b"])["swing"]
+    found = replace(found, suspects=suspects)
+    limit = limits([Fit(found, (), SCATTER)], find_causes(found), ["a", "b"])["swing"]
     # far in the tail of a normal distribution the density falls exponentially
     assert limit.low == 0.0
     assert 0.0 < limit.high < 0.3
@@ -346,7 +363,7 @@ def test_what_is_left_of_an_imitated_signature_excludes_nothing():
     nearly = Suspect(effect("nearly"), found.by_own[:, 0] + 0.2 * swing)
     found = replace(found, factor_sd=10.0, suspects={"nearly": nearly})
     fit = Fit(found, (), replace(SCATTER, noise=1e-4, drift=1e-6))
-    limit = limits([fit], ["a", "b"])["nearly"]
+    limit = limits([fit], find_causes(found), ["a", "b"])["nearly"]
     assert (limit.low, limit.high) == (-9.0, 9.0)
 
 

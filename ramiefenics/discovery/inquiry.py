@@ -263,7 +263,7 @@ class _Inquiry:
             elsewhere = condition_gain(
                 self._observed, self._dataset.conditions, baseline.fit, last, self._rng
             )
-        told = limits(fits, [factor.name for factor in baseline.curves.model.factors])
+        told = limits(fits, causes, [factor.name for factor in baseline.curves.model.factors])
         p_value, fitted_none = no_effect
         shown = p_value < SIGNIFICANCE or extended is not None
         verdict = decide(shown, left, conflict, groups, alone)

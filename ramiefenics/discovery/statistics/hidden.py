@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import ndtr
 from scipy.stats import truncnorm
 
 from ramiefenics.discovery.curves.blocks import Array
+from ramiefenics.discovery.statistics.causes import Causes
 from ramiefenics.discovery.statistics.fit import Fit
 
 FLAT = 1e-2
@@ -29,6 +31,9 @@ QUANTILE = 1.96
 
 IMITATES = 0.3
 """Correlation above which something is said to imitate an effect."""
+
+RARE = 1e-3
+"""Probability relative to the most probable set up to which a set is left out of a mixture."""
 
 SIMULATOR = "mesh and simulator"
 
@@ -55,50 +60,62 @@ class Limit:
     imitated_by: tuple[str, ...]
 
 
-def limits(fits: Sequence[Fit], factors: Sequence[str]) -> dict[str, Limit]:
-    """Return how large each suspect may be, in addition to the effects that are fitted.
+def limits(fits: Sequence[Fit], causes: Causes, factors: Sequence[str]) -> dict[str, Limit]:
+    """Return how large each suspect may be, if it is present.
 
     Parameters
     ----------
     fits
-        Fits of all sets of effects that are probable, the best one first. What one of them does
-        not exclude is not excluded.
+        Fits of all sets of effects that are probable, the best one first. What follows from the
+        derivatives where one of them fits is not excluded.
+    causes
+        Posterior over sets of effects.
     factors
         Names of the fitted factors.
     """
     found = {}
     for name in fits[0].evidence.names:
-        each = [_limit(fit, name, factors) for fit in fits]
-        found[name] = dataclasses.replace(
-            each[0],
-            low=min(one.low for one in each),
-            high=max(one.high for one in each),
-            share=max(one.share for one in each),
-        )
+        sets = _sets_with(name, causes) or {tuple({*fits[0].chosen, name}): 1.0}
+        each = [_range(fit, name, sets) for fit in fits]
+        low, high = min(low for low, _ in each), max(high for _, high in each)
+        change = np.sqrt((fits[0].evidence.suspects[name].signature ** 2).mean(axis=0)).max()
+        share = float(max(abs(low), abs(high)) * change)
+        found[name] = Limit(low, high, share, _imitators(fits[0], name, [*factors]))
     return found
 
 
-def _limit(fit: Fit, name: str, factors: Sequence[str]) -> Limit:
+def _sets_with(name: str, causes: Causes) -> dict[tuple[str, ...], float]:
+    """Return the sets that contain an effect, with their probabilities if it is present."""
+    index = causes.names.index(name)
+    with_it = {
+        tuple(causes.names[i] for i in chosen): float(probability)
+        for chosen, probability in zip(causes.sets, causes.probability, strict=True)
+        if index in chosen and probability > 0.0
+    }
+    most = max(with_it.values(), default=0.0)
+    likely = {names: p for names, p in with_it.items() if p > RARE * most}
+    whole = sum(likely.values())
+    return {names: p / whole for names, p in likely.items()}
+
+
+def _range(fit: Fit, name: str, sets: Mapping[tuple[str, ...], float]) -> tuple[float, float]:
+    """Return the range of an effect's amplitude over sets that contain it."""
     evidence = fit.evidence
+    reduced, index = evidence.whiten(fit.scatter).reduce(), evidence.names.index(name)
+    means, variances = np.empty(len(sets)), np.empty(len(sets))
+    for row, names in enumerate(sets):
+        which = [index, *(evidence.names.index(other) for other in names if other != name)]
+        precision = np.eye(len(which)) + reduced.gram[np.ix_(which, which)]
+        precision[0, 0] += FLAT - 1.0  # the prior is replaced by the flat one
+        covariance = np.linalg.inv(precision)
+        means[row], variances[row] = covariance[0] @ reduced.onto[which, 0], covariance[0, 0]
+    weights = np.array(list(sets.values()))
+    scale, bounds = float(evidence.scale[index]), evidence.bounds[index]
     others = [other for other in fit.chosen if other != name]
-    chosen = [evidence.names.index(other) for other in [*others, name]]
-    expected, covariance = evidence.whiten(fit.scatter).deviations(chosen)
-    # in the last row and column, the amplitude's prior is replaced by the flat one
-    precision = np.linalg.inv(covariance)
-    onto = precision @ expected
-    precision[-1, -1] += FLAT - 1.0
-    covariance = np.linalg.inv(precision)
-    expected = covariance @ onto
-    index = evidence.names.index(name)
-    scale, (least, most) = evidence.scale[index], evidence.suspects[name].effect.bounds
     relative = _relative_variance(fit, name, others)
-    ends = _interval(float(expected[-1]), covariance[-1, -1], relative)
-    possible = _possible(float(expected[-1]), covariance[-1, -1], least / scale, most / scale)
-    low = max(scale * min(ends[0], possible[0]), least)
-    high = min(scale * max(ends[1], possible[1]), most)
-    change = np.sqrt((evidence.suspects[name].signature ** 2).mean(axis=0)).max()
-    share = float(max(abs(low), abs(high)) * change)
-    return Limit(low, high, share, _imitators(covariance, [*factors], others))
+    ends = _interval(weights, means, variances, relative, *bounds)
+    possible = _possible(weights, means, variances, *bounds)
+    return scale * min(ends[0], possible[0]), scale * max(ends[1], possible[1])
 
 
 def _relative_variance(fit: Fit, name: str, others: Sequence[str]) -> float:
@@ -124,34 +141,55 @@ def _relative_variance(fit: Fit, name: str, others: Sequence[str]) -> float:
     return float(SIGNATURE_ERROR**2 * (shares**2).sum() * 2.0 / WAVES)
 
 
-def _interval(mean: float, variance: float, relative: float) -> tuple[float, float]:
-    """Return the amplitudes a for which the mean is within 1.96 standard deviations.
+def _interval(
+    weights: Array, means: Array, variances: Array, relative: float, least: float, most: float
+) -> tuple[float, float]:
+    """Return the amplitudes a within bounds that a mixture of normal distributions allows, 95 %.
 
     The variance is ``variance + relative a^2`` (Fieller 1954). Where nearly all of a signature is
     imitated, the remainder is no larger than the error of the signature, and it may be that no
     amplitude is excluded.
     """
-    z = QUANTILE**2
-    rest = 1.0 - z * relative
-    root = mean**2 - rest * (mean**2 - z * variance)
-    if rest <= 0.0:
-        return -np.inf, np.inf
-    return (mean - root**0.5) / rest, (mean + root**0.5) / rest
+
+    def share(a: float) -> float:
+        return float(weights @ ndtr((a - means) / np.sqrt(variances + relative * a**2)))
+
+    return _quantiles(share, least, most)
 
 
-def _possible(mean: float, variance: float, least: float, most: float) -> tuple[float, float]:
+def _possible(
+    weights: Array, means: Array, variances: Array, least: float, most: float
+) -> tuple[float, float]:
     """Return the 95 % interval of an amplitude that is known to lie within its bounds.
 
     Where the mean is far beyond a bound, the interval is narrow, but larger than nothing.
     """
-    sd = variance**0.5
-    within = truncnorm((least - mean) / sd, (most - mean) / sd, loc=mean, scale=sd)
-    low, high = within.ppf(ndtr(np.array([-QUANTILE, QUANTILE])))
-    return float(low), float(high)
+    sd = np.sqrt(variances)
+    within = truncnorm((least - means) / sd, (most - means) / sd, loc=means, scale=sd)
+    return _quantiles(lambda a: float(weights @ within.cdf(a)), least, most)
 
 
-def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tuple[str, ...]:
-    """Return the names of what is correlated with the last variable, the most correlated first."""
+def _quantiles(share: Callable[[float], float], least: float, most: float) -> tuple[float, float]:
+    """Return the ends, within bounds, of the interval of 95 % of a distribution function."""
+
+    def quantile(wanted: float) -> float:
+        if share(least) >= wanted:
+            return least
+        if share(most) <= wanted:
+            return most
+        return float(brentq(lambda a: share(a) - wanted, least, most))
+
+    return quantile(float(ndtr(-QUANTILE))), quantile(float(ndtr(QUANTILE)))
+
+
+def _imitators(fit: Fit, name: str, factors: list[str]) -> tuple[str, ...]:
+    """Return the names of what is correlated with an effect, the most correlated first."""
+    evidence = fit.evidence
+    effects = [other for other in fit.chosen if other != name]
+    chosen = [evidence.names.index(other) for other in [*effects, name]]
+    precision = np.linalg.inv(evidence.whiten(fit.scatter).deviations(chosen)[1])
+    precision[-1, -1] += FLAT - 1.0
+    covariance = np.linalg.inv(precision)
     sd = np.sqrt(np.diag(covariance))
     correlation = np.abs(covariance[-1] / sd / sd[-1])[:-1]
     simulator = correlation[len(factors) : len(correlation) - len(effects)]
@@ -160,8 +198,8 @@ def _imitators(covariance: Array, factors: list[str], effects: list[str]) -> tup
         **dict(zip(effects, correlation[len(correlation) - len(effects) :], strict=True)),
         SIMULATOR: float(np.sqrt((simulator**2).sum())),
     }
-    order = sorted(named, key=lambda name: -named[name])
-    return tuple(name for name in order if named[name] > IMITATES)
+    order = sorted(named, key=lambda other: -named[other])
+    return tuple(other for other in order if named[other] > IMITATES)
 
 
 def cosines(fit: Fit) -> dict[tuple[str, str], float]:
