@@ -80,18 +80,17 @@ RECORDED: dict[str, Callable[[pd.DataFrame, float], pd.DataFrame]] = {
 """Records with an error of the machine. The span is stated, so its error is not in the records."""
 
 
-def with_simulated_toe(record: Record) -> pd.DataFrame:
-    """Return a curve, shifted to have as long a toe as that of the simulated baseline."""
+def with_simulated_toe(record: Record) -> Record:
+    """Return a record whose curve is shifted to have as long a toe as the simulated baseline."""
     protocol = replace(record.test.protocol, travel_mm=TO_MM, save_every_mm=TO_MM)
     bent = rf.simulate(replace(record.test, protocol=protocol)).curve
     travel, force = (bent[name].to_numpy() for name in ("displacement_mm", "force_N"))
     toe = toe_mm(lambda at: np.interp(at, travel, force), record.straight_mm)
-    return record.curve.assign(displacement_mm=record.curve["displacement_mm"] + toe)
+    moved = record.curve.assign(displacement_mm=record.curve["displacement_mm"] + toe)
+    return replace(record, curve=moved)
 
 
-def write_case(
-    roots: rf.Dataset, curves: list[pd.DataFrame], implant: Implant | None, folder: Path
-) -> None:
+def write_case(roots: rf.Dataset, implant: Implant | None, folder: Path) -> None:
     """Write the data set of a case."""
     table = pd.DataFrame([record.row for record in roots.records])
     table["machine"] = np.resize(["first", HALF], len(table))
@@ -99,6 +98,7 @@ def write_case(
     assert isinstance(fixture, rf.Fixture)  # as `roots.BASELINE` has it
     table["span_mm"] = fixture.span_mm
     table["curve"] = [f"curves/{record.name}.csv" for record in roots.records]
+    curves = [record.curve for record in roots.records]
     curves = [curve[curve["displacement_mm"] < TO_MM + 0.1] for curve in curves]  # none breaks
     if implant is not None:
         wrong = (table["machine"] == HALF) | (not implant.half)
@@ -119,14 +119,12 @@ def write_case(
     (folder / "dataset.toml").write_text(layout.replace("[specimens]", columns))
 
 
-def run(
-    roots: rf.Dataset, curves: list[pd.DataFrame], implant: Implant | None, label: str
-) -> dict[str, Any]:
+def run(roots: rf.Dataset, implant: Implant | None, label: str) -> dict[str, Any]:
     """Run `ramiefenics discover` on a case, and return its verdict."""
     hidden = {} if implant is None else {implant.name: implant.amplitude}
     with tempfile.TemporaryDirectory() as name:
         data = Path(name) / "data"
-        write_case(roots, curves, implant, data)
+        write_case(roots, implant, data)
         out = Path("results") / f"implanted-{label.replace(' ', '-')}"
         return {"hidden": hidden, **discovered(data, out)}
 
@@ -141,11 +139,11 @@ def main() -> None:
         data = Path(name) / "data"
         write_dataset(chosen(arguments.folder, GENOTYPE, ROOTS), GENOTYPE, data)
         roots = rf.read_dataset(data)
-    curves = [with_simulated_toe(record) for record in roots.records]
+    roots = replace(roots, records=tuple(map(with_simulated_toe, roots.records)))
     for label, implant in list(CASES.items())[: arguments.cases]:
         record = read_record("implanted")
         if label not in record:
-            record[label] = run(roots, curves, implant, label)
+            record[label] = run(roots, implant, label)
             write_record("implanted", record)
         found = record[label]
         print(label, found["verdict"], found["groups"], found["amplitudes"], flush=True)

@@ -151,10 +151,8 @@ def recorded(test: BendingTest, curve: pd.DataFrame, at_mm: Array) -> Array:
     short = at_mm[-1] - displacement[-1]
     if short > 1e-9 and test.machine.displacement_scale < 1.0 and travel[-1] > at_mm[-1] - 1e-9:
         slope = np.diff(force)[-1] / np.diff(displacement)[-1]
-        displacement, force = (
-            np.append(displacement, at_mm[-1]),
-            np.append(force, force[-1] + slope * short),
-        )
+        displacement = np.append(displacement, at_mm[-1])
+        force = np.append(force, force[-1] + slope * short)
     elif short > 1e-9:
         allowed = f"must be reached, but the simulation ends at {displacement[-1]:.2f} mm"
         raise SpecificationError("displacement_mm", float(at_mm[-1]), allowed)

@@ -105,10 +105,8 @@ def _range(fit: Fit, name: str, sets: Mapping[tuple[str, ...], float]) -> tuple[
     means, variances = np.empty(len(sets)), np.empty(len(sets))
     for row, names in enumerate(sets):
         which = [index, *(evidence.names.index(other) for other in names if other != name)]
-        precision = np.eye(len(which)) + reduced.gram[np.ix_(which, which)]
-        precision[0, 0] += FLAT - 1.0  # the prior is replaced by the flat one
-        covariance = np.linalg.inv(precision)
-        means[row], variances[row] = covariance[0] @ reduced.onto[which, 0], covariance[0, 0]
+        mean, covariance = reduced.amplitudes(which, np.array([FLAT] + [1.0] * (len(which) - 1)))
+        means[row], variances[row] = mean[0], covariance[0, 0]
     weights = np.array(list(sets.values()))
     scale, bounds = float(evidence.scale[index]), evidence.bounds[index]
     others = [other for other in fit.chosen if other != name]

@@ -88,8 +88,8 @@ class Reduced:
     onto: Array
     log_evidence: Array
 
-    def amplitudes(self, chosen: Sequence[int], prior: float = 1.0) -> tuple[Array, Array]:
-        """Return the mean and covariance of chosen amplitudes, for a given prior precision."""
+    def amplitudes(self, chosen: Sequence[int], prior: float | Array = 1.0) -> tuple[Array, Array]:
+        """Return the mean and covariance of chosen amplitudes, for given prior precisions."""
         which = list(chosen)
         covariance = np.linalg.inv(prior * np.eye(len(which)) + self.gram[np.ix_(which, which)])
         return covariance @ self.onto[which, 0], covariance

@@ -72,8 +72,8 @@ def recorded_rows(
     """
     tests = [test for own in stalks for test in own]
     finely = [on_mesh(test, finest) for test in shown]
-    whole = [far_enough(test, test.protocol.travel_mm) for test in (*tests, *shown, *finely)]
-    all_curves = simulated(runs, [CurveTask(test) for test in whole])
+    tasks = [CurveTask(far_enough(t, t.protocol.travel_mm)) for t in (*tests, *shown, *finely)]
+    all_curves = simulated(runs, tasks)
     curves, both = all_curves[: len(tests)], all_curves[len(tests) :]
     pairs = zip(both[: len(shown)], both[len(shown) :], strict=True)
     shares = [_regular_change(*pair) for pair in pairs] * len(stalks)
@@ -83,7 +83,7 @@ def recorded_rows(
         there.append((at, recorded(test, _corrected(curve, share), at)))
     if not unloaded:
         return there
-    turned = []
+    whole = []
     for test, curve, end in zip(tests, curves, ends, strict=True):
         travel = curve["displacement_mm"].to_numpy()
         displacement, _ = test.machine.recorded(travel, curve["force_N"].to_numpy())
@@ -92,14 +92,14 @@ def recorded_rows(
         protocol = replace(
             test.protocol, travel_mm=turn, save_every_mm=turn, then=(Target(to_mm=0.0),)
         )
-        turned.append(replace(test, protocol=protocol))
-    back = simulated(runs, [CurveTask(test) for test in turned])
+        whole.append(replace(test, protocol=protocol))
+    back = simulated(runs, [CurveTask(test) for test in whole])
     return [
         (
             np.append(at, at[-2::-1]),
             np.append(force, recorded(test, _corrected(curve, share), at[:-1])[::-1]),
         )
-        for (at, force), test, curve, share in zip(there, turned, back, shares, strict=True)
+        for (at, force), test, curve, share in zip(there, whole, back, shares, strict=True)
     ]
 
 
