@@ -88,7 +88,7 @@ def judge(evidence: Evidence, seed: int) -> dict[str, Any]:
     fit = Fit(seen, chosen, fit_scatter(seen, chosen))
     misfit, conflict = p_value_of_misfit(fit, rng), fit.conflict()
     alone = resting_on_one(fit, causes)
-    groups = [group for group in causes.groups() if alone.keys().isdisjoint(group)]
+    groups = [group for group in causes.groups() if chosen and alone.keys().isdisjoint(group)]
     return {
         "verdict": decide(shown, misfit, conflict, groups, bool(alone)),
         "groups": groups,

@@ -133,25 +133,27 @@ class Causes:
         return dict(zip(sets, map(float, self.probability[worth]), strict=True))
 
     def groups(self) -> list[tuple[str, ...]]:
-        """Return groups of effects, at least one effect of each practically certain to be present.
+        """Return groups of effects, of each of which at least one is practically certain.
 
-        The most probable group comes first. A group of one is a cause; which effects of a larger
-        group are present cannot be told. If there is no such group although some effect is
-        practically certain, all effects worth mentioning form one.
+        They are for data that have been shown to contain some effect: probabilities are those given
+        that there is one. The most probable group comes first. A group of one is a cause; which
+        effects of a larger group are present cannot be told. If there is no such group, all effects
+        worth mentioning form one.
         """
-        inclusion = self.inclusion()
+        given = max(1.0 - self.none, SMALLEST)
+        inclusion = {name: share / given for name, share in self.inclusion().items()}
         left = [name for name in inclusion if inclusion[name] > NEGLIGIBLE]
         groups = []
         while left:
             group = [max(left, key=lambda name: inclusion[name])]
-            while self.any_of(group) < SURE and len(group) < len(left):
+            while self.any_of(group) < SURE * given and len(group) < len(left):
                 others = [name for name in left if name not in group]
                 group.append(max(others, key=lambda name: self.any_of([*group, name])))
-            if self.any_of(group) < SURE:
+            if self.any_of(group) < SURE * given:
                 break
             groups.append(tuple(group))
             left = [name for name in left if name not in group]
-        if not groups and left and self.none < 1.0 - SURE:
+        if not groups and left:
             groups.append(tuple(sorted(left, key=lambda name: -inclusion[name])))
         return groups
 

@@ -67,7 +67,7 @@ def decide(
     if shown and groups:
         return "cause" if all(len(group) == 1 for group in groups) else "ambiguous"
     if shown and not alone:
-        return "unknown"  # too many suspects would each explain a part
+        return "unknown"  # the best set is the empty one, or was not fitted
     return "conflict" if conflict < SIGNIFICANCE else "none"
 
 
