@@ -17,7 +17,8 @@ from formula import Formula
 import ramiefenics as rf
 from ramiefenics.discovery.curves.linearised import Linearised, Model
 from ramiefenics.discovery.curves.prediction import Predictor
-from ramiefenics.discovery.search.fitting import Fitted, Fitter
+from ramiefenics.discovery.search.fitted import Fitted
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.synthetic import Broken, Secret, datasets, make_dataset
 from ramiefenics.runs.curve import CurveTask
 
@@ -112,11 +113,11 @@ def test_a_baseline_that_jumps_where_it_fits_is_kept_as_screened(
     move = Fitter.move
 
     def only_with_effects(
-        self: Fitter, fitted: Fitted, effects: dict[str, rf.Effect]
+        self: Fitter, fitted: Fitted, effects: dict[str, rf.Effect], within: float
     ) -> Linearised:
         if not effects:
             raise rf.SpecificationError("displacement_mm", 0.1, "must be passed without a jump")
-        return move(self, fitted, effects)
+        return move(self, fitted, effects, within)
 
     monkeypatch.setattr(Fitter, "move", only_with_effects)
     # the first fit is not steady

@@ -198,6 +198,23 @@ def test_groups_are_those_given_that_there_is_something():
     assert causes.groups() == [("a", "b")]
 
 
+@pytest.mark.parametrize("lead", [0.5, 3.0, 12.0])
+def test_probabilities_are_averages_over_errors_of_the_evidence(lead: float):
+    """Of two sets whose evidences err independently by 1, the difference errs by the root of 2."""
+    sets = ((), (0,))
+    prior = log_priors(sets, 1)
+    causes = Causes(("a",), sets, np.zeros(2), SCATTER, SCATTER)
+    score = np.array([0.0, lead]) - prior
+    sources = np.where(np.eye(2) == 1.0, score, -np.inf)
+    averaged = causes.averaged(sources, 1.0)
+    x = np.linspace(-12.0, 12.0, 2001)
+    weight = np.exp(-0.25 * x**2) / np.exp(-0.25 * x**2).sum()
+    expected = weight @ (1.0 / (1.0 + np.exp(lead + x)))
+    # 400 random errors give a mean to a twentieth of their standard deviation
+    assert averaged.none == pytest.approx(expected, rel=0.25)
+    assert causes.averaged(sources, 0.0).none == pytest.approx(1.0 / (1.0 + np.exp(lead)))
+
+
 def test_left_out_is_the_conditional_mean():
     found = evidence({"swing": 1.0})
     fit = Fit(found, ("swing",), SCATTER)

@@ -19,7 +19,8 @@ from ramiefenics.discovery.curves.meshes import finer, limit
 from ramiefenics.discovery.curves.observed import Observed, observe
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.curves.signatures import Along
-from ramiefenics.discovery.search.fitting import Fitted, Fitter
+from ramiefenics.discovery.search.fitted import Fitted
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.synthetic import make_dataset
 from ramiefenics.measured.noise import level
 from ramiefenics.runs import Done

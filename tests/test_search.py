@@ -7,6 +7,7 @@ import pytest
 
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
 from ramiefenics.discovery.search.promises import Promises
+from ramiefenics.discovery.search.refining import Refiner
 from ramiefenics.discovery.search.search import Search
 from ramiefenics.specification import SpecificationError
 
@@ -40,7 +41,10 @@ def test_sets_close_to_the_best_are_fitted_to_the_end(
         said.append(one.names)
         return dataclasses.replace(one, finished=True)
 
-    monkeypatch.setattr(search, "_finished", finish)
+    monkeypatch.setattr(search._refiner, "finished", finish)
+    monkeypatch.setattr(
+        search._refiner, "closest", lambda one: dataclasses.replace(one, closest=True)
+    )
     search._finish()
     assert set(said) == finished
 
@@ -53,8 +57,7 @@ def test_moves_that_fit_worse_are_left_out_but_for_the_first(
     monkeypatch: pytest.MonkeyPatch, scores: list[float | None], kept: float
 ) -> None:
     """None stands for parameters that cannot be simulated."""
-    fitter = SimpleNamespace(without_simulations=lambda effects: [])
-    search = Search(fitter, None, {})  # type: ignore[arg-type]
+    refiner = Refiner(None, None, {}, FittedSets())  # type: ignore[arg-type]
     left = iter(scores)
 
     def at(score: float) -> Reached:
@@ -66,8 +69,40 @@ def test_moves_that_fit_worse_are_left_out_but_for_the_first(
             raise SpecificationError("gap", 1.0, "must be smaller")
         return at(score)
 
-    monkeypatch.setattr(search, "_moved", move)
-    assert search._settled(("gap",), at(10.0)).score == kept
+    monkeypatch.setattr(refiner, "moved", move)
+    assert refiner.settled(("gap",), at(10.0)).score == kept
+
+
+@pytest.mark.parametrize(
+    ("distances", "kept"),
+    [([0.3], 0.3), ([0.7, 0.9], 0.7), ([1.8, 0.5], 0.5), ([3.0], 0.9), ([0.7, None], 0.7)],
+)
+def test_a_rival_is_linearised_as_close_to_its_fit_as_possible(
+    monkeypatch: pytest.MonkeyPatch, distances: list[float | None], kept: float
+) -> None:
+    """None stands for parameters that cannot be simulated; no more than two moves are made."""
+    fitter = SimpleNamespace(confirm=lambda curves, tolerance: curves)
+    refiner = Refiner(fitter, None, {}, FittedSets())  # type: ignore[arg-type]
+    left = iter(distances)
+
+    def at(distance: float) -> Reached:
+        fit = SimpleNamespace(chosen=("gap",), amplitudes={})
+        curves = SimpleNamespace(force=[0.0] * 8)
+        fitted = SimpleNamespace(fit=fit, curves=curves, distance=distance)
+        return Reached(fitted, 0.0)  # type: ignore[arg-type]
+
+    def move(names: Names, fitted: object, within: float) -> Reached:
+        distance = next(left)
+        if distance is None:
+            raise SpecificationError("gap", 1.0, "must be smaller")
+        refiner.judged = lambda names, curves: at(distance)  # type: ignore[method-assign]
+        return at(distance)
+
+    monkeypatch.setattr(refiner, "moved", move)
+    closest = refiner.closest(at(0.9))
+    assert closest.fitted.distance == kept
+    assert closest.closest
+    assert next(left, "none left") == "none left"
 
 
 @pytest.mark.parametrize(("lead", "best"), [(1.5, ("gap",)), (2.5, ("gap", "taper"))])

@@ -22,14 +22,8 @@ from ramiefenics.discovery.curves.both_ways import Predicting
 from ramiefenics.discovery.curves.linearised import Linearised
 from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.places import Place, places
-from ramiefenics.discovery.search.fitting import (
-    FARTHEST,
-    SHORTEST,
-    STEADY,
-    STEADY_ERRORS,
-    Fitted,
-    linear_evidence,
-)
+from ramiefenics.discovery.search.fitted import STEADY, STEADY_ERRORS, Fitted
+from ramiefenics.discovery.search.fitting import FARTHEST, SHORTEST, linear_evidence
 from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit import LEVEL, Fit
 from ramiefenics.discovery.statistics.fit_scatter import fit_scatter, log_evidence

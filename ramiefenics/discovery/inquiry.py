@@ -17,7 +17,8 @@ from ramiefenics.discovery.curves.observed import observe
 from ramiefenics.discovery.planning.plan import Plan, plan
 from ramiefenics.discovery.planning.power import Design
 from ramiefenics.discovery.report.outcome import Discovery
-from ramiefenics.discovery.search.fitting import Fitted, Fitter
+from ramiefenics.discovery.search.fitted import Fitted
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.search.search import Search
 from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect, p_value_of_misfit
 from ramiefenics.discovery.statistics.causes import Causes

@@ -17,7 +17,7 @@ from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.planning.plan import Plan
 from ramiefenics.discovery.report import tables
 from ramiefenics.discovery.report.findings import findings
-from ramiefenics.discovery.search.fitting import Fitted
+from ramiefenics.discovery.search.fitted import Fitted
 from ramiefenics.discovery.statistics.causes import Causes
 from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.hidden import Limit

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramiefenics.discovery.search.fitting import Fitted
+from ramiefenics.discovery.search.fitted import Fitted
 from ramiefenics.discovery.statistics.causes import log_priors, own_score
 from ramiefenics.discovery.statistics.fit import Fit
 from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
@@ -33,11 +33,14 @@ class Reached:
         Log-evidence plus log-prior of the set, up to a constant.
     finished
         Whether every curve was simulated near where the set fits.
+    closest
+        Whether it was linearised as close to its fit as it can be.
     """
 
     fitted: Fitted
     score: float
     finished: bool = False
+    closest: bool = False
 
     @property
     def names(self) -> Names:

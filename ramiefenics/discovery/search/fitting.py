@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import logging
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ramiefenics.discovery.curves.factors import factors
 from ramiefenics.discovery.curves.linearised import Linearised, Model
 from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.curves.signatures import needs_simulation
+from ramiefenics.discovery.search.fitted import STEADY, STEADY_ERRORS, Fitted
 from ramiefenics.discovery.statistics.broken import find_broken
 from ramiefenics.discovery.statistics.causes import Causes, find_causes
 from ramiefenics.discovery.statistics.evidence import MODEL_ERROR, Evidence, Suspect
@@ -29,10 +29,6 @@ log = logging.getLogger(__name__)
 ROUNDS = 5
 """Maximum number of linearisations of a fit."""
 
-STEADY, STEADY_ERRORS = 0.1, 0.5
-"""Changes of log factors, and of an amplitude relative to its standard deviation, below which no
-further linearisation is needed."""
-
 FARTHEST = 0.5
 """Largest change of a log factor in a round, beyond which derivatives tell little. The largest
 change of an amplitude is the typical amplitude, at which suspects are tried."""
@@ -43,35 +39,6 @@ no further fit is needed."""
 
 SHORTEST = 0.1
 """Smallest share of a move that is tried where simulations do not reach the end."""
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """A model fitted to all curves.
-
-    Attributes
-    ----------
-    curves
-        Its predictions, linearised near where it was fitted.
-    fit
-        Fit of the linearised model.
-    """
-
-    curves: Linearised
-    fit: Fit
-
-    @property
-    def steady(self) -> bool:
-        """Whether the curves are linearised near enough to the fitted parameters."""
-        model, fit = self.curves.model, self.fit
-        whole = fit.evidence.whole
-        moves = np.abs(fit.log_factors - model.log_factors)[whole].max()
-        near = all(  # at a bound the standard deviation may be zero
-            abs(amplitude - model.amplitude(name)) <= STEADY_ERRORS * fit.sd(name)
-            for name, amplitude in fit.amplitudes.items()
-        )
-        same = set(fit.chosen) == set(model.effects)
-        return bool(same and near and moves < STEADY)
 
 
 class Fitter:
@@ -192,10 +159,19 @@ class Fitter:
             return evidence, causes
         return again, find_causes(again, impossible)
 
-    def move(self, fitted: Fitted, effects: Mapping[str, Effect]) -> Linearised:
+    def move(
+        self, fitted: Fitted, effects: Mapping[str, Effect], within: float = 1.0
+    ) -> Linearised:
         """Simulate near where a set of effects fits, and find the signatures there.
 
         Errors of what few simulations predict are those found where all curves were simulated last.
+
+        Parameters
+        ----------
+        fitted, effects
+            The fit, and its effects.
+        within
+            Distance, see `Fitted`, within which specimens and amplitudes stay where they are.
 
         Raises
         ------
@@ -203,7 +179,7 @@ class Fitter:
             If that is not possible, even for smaller amplitudes.
         """
         added = {n: (effect, fitted.fit.amplitudes[n]) for n, effect in effects.items()}
-        moved = self._move(fitted.curves.model, fitted.fit, added, effects)
+        moved = self._move(fitted.curves.model, fitted.fit, added, effects, within)
         known = fitted.curves.correction
         return dataclasses.replace(moved, force=moved.force + known, correction=known)
 
@@ -236,6 +212,7 @@ class Fitter:
         fit: Fit,
         added: Mapping[str, tuple[Effect, float]],
         suspects: Mapping[str, Effect],
+        within: float = 1.0,
     ) -> Linearised:
         """Move to fitted parameters, or as far as simulations reach the end without a new jump.
 
@@ -248,7 +225,7 @@ class Fitter:
         """
         here = model.log_factors
         step = np.clip(fit.log_factors - here, -FARTHEST, FARTHEST)
-        near = np.abs(step).max(axis=1) < STEADY
+        near = np.abs(step).max(axis=1) < within * STEADY
         if near[fit.evidence.whole].all():
             near[:] = True
         step[near] = 0.0
@@ -262,7 +239,7 @@ class Fitter:
             for name, (effect, amplitude) in added.items():
                 start, most = model.amplitude(name), abs(effect.typical)
                 change = float(np.clip(amplitude - start, -most, most))
-                if name in model.effects and abs(change) <= STEADY_ERRORS * fit.sd(name):
+                if name in model.effects and abs(change) <= within * STEADY_ERRORS * fit.sd(name):
                     change = 0.0
                 effects[name] = (effect, start + mean * change)
             moved = share[:, None] * step

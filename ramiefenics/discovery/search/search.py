@@ -12,34 +12,34 @@ Small sets are fitted first, and hopeless ones are given up as soon as they have
 best set so far, the sets that are close to it in the end, and the baseline are fitted further until
 they no longer change, with every curve simulated at the fitted parameters or so near them that
 learned curves are as good. This is necessary because errors of a few thousandths of the peak force,
-in learned curves or in linearisations, amount to odds of a thousand.
+in learned curves or in linearisations, amount to odds of a thousand. What is left of these errors
+is taken into account in the probabilities.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import logging
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from ramiefenics.discovery.curves.linearised import Linearised
+from ramiefenics.discovery.search.fitted import Fitted
 from ramiefenics.discovery.search.fitted_sets import FittedSets, Names, Reached
-from ramiefenics.discovery.search.fitting import Fitted, Fitter
+from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.search.promises import FREE_RIVAL, Promises
+from ramiefenics.discovery.search.refining import CLOSE, Refiner
 from ramiefenics.discovery.statistics.broken import find_broken
-from ramiefenics.discovery.statistics.causes import Causes, find_causes, own_score
+from ramiefenics.discovery.statistics.causes import Causes, find_causes
 from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.effects import Effect
 from ramiefenics.specification import SpecificationError
-from ramiefenics.surrogate import CLOSE_TOLERANCE
 
 log = logging.getLogger(__name__)
 
-ROUNDS, LAST_ROUNDS = 4, 8
-"""Maximum number of linearisations of a set until it is compared with others, and from then on
-until its fit is final."""
+ROUNDS = 4
+"""Maximum number of linearisations of a set until it is compared with others."""
 
 MOST_SETS = 12
 """Maximum number of sets that are fitted."""
@@ -47,10 +47,17 @@ MOST_SETS = 12
 PROBABLE = 0.05
 """Probability above which a set is fitted before it enters the result."""
 
-CLOSE, CLOSE_TO_NOTHING = 8.0, 2.0
-"""Log-probability by which a set may be worse than the best one where it is first simulated and
-still be fitted further, and in the end have every curve simulated. The second value applies in the
-end if the best set is the one without effects, because no other set is then told from it."""
+CLOSE_TO_NOTHING = 2.0
+"""What replaces `CLOSE` in the end if the best set is the one without effects, because no other set
+is then told from it."""
+
+RIVALS = 4.0
+"""Log-probability by which a set may be worse than the best one in the end and still be linearised
+as close to its fit as possible."""
+
+SCORE_ERROR = 1.0
+"""Standard deviation of the error of a fitted set's log-evidence. In repeated linearisations near
+its fit, with every curve simulated, that of five sets varied by 0.5 to 1.4."""
 
 
 class Search:
@@ -74,10 +81,10 @@ class Search:
     """
 
     def __init__(self, fitter: Fitter, screened: Linearised, effects: Mapping[str, Effect]) -> None:
-        self._fitter, self._screened, self._effects = fitter, screened, effects
+        self._screened = screened
         self.sets = FittedSets()
+        self._refiner = Refiner(fitter, screened, effects, self.sets)
         self._promises = Promises(self.sets, fitter.without_simulations(effects))
-        self._broken: frozenset[int] = frozenset()
         self.refused: dict[Names, str] = {}
 
     def best(self, evidence: Evidence, causes: Causes) -> tuple[Fitted, Causes]:
@@ -92,17 +99,17 @@ class Search:
         evidence, causes
             Evidence and posterior at the baseline.
         """
-        self._broken = evidence.broken  # the same for all sets, so that evidences compare
-        self.sets[()] = self._judged((), self._screened)
+        self._refiner.broken = evidence.broken  # the same for all sets, so that evidences compare
+        self.sets[()] = self._refiner.judged((), self._screened)
         self._propose(self.sets.best)
         if certain := causes.certain():
             self._promises.demand(certain)
         if self._promises:
             self._fit_promising()
         fit = self.sets.best.fitted.fit
-        self._broken = find_broken(fit.evidence, fit.chosen).broken
+        self._refiner.broken = find_broken(fit.evidence, fit.chosen).broken
         for names, one in sorted(self.sets.items(), key=lambda item: len(item[0])):
-            judged = self._judged(names, one.fitted.curves)
+            judged = self._refiner.judged(names, one.fitted.curves)
             judged = dataclasses.replace(judged, finished=one.finished)
             self.sets[names] = self.sets.bounded(judged)
         return self.sets.best.fitted, self._with_own(self._compared(self.sets.best))
@@ -138,13 +145,13 @@ class Search:
         """Fit a set, starting from its best subset that was reached."""
         part = self.sets.part(names)
         start = part.fitted
-        reached = self._judged(names, start.curves)
+        reached = self._refiner.judged(names, start.curves)
         shrunk = 0  # linearisations in which the effects became smaller
         for number in range(ROUNDS):
             if reached.fitted.steady or (number and self._behind(reached, shrunk)):
                 break
             try:
-                reached = self._moved(names, reached.fitted)
+                reached = self._refiner.moved(names, reached.fitted)
             except SpecificationError as error:
                 if names not in self.sets:  # the baseline is there from the screening on
                     self.refused[names] = str(error)
@@ -180,7 +187,7 @@ class Search:
     def _confirm_best(self) -> None:
         """Fit the best set further, with every curve simulated, as others are compared with it."""
         while not self.sets.best.finished:
-            self.sets[self.sets.best.names] = self._finished(self.sets.best)
+            self.sets[self.sets.best.names] = self._refiner.finished(self.sets.best)
 
     def _finish(self) -> None:
         """Fit the best sets further, with every curve simulated, until they are steady.
@@ -198,84 +205,44 @@ class Search:
                 and (not one.names or one.score > best.score - close)
                 and not (best.names and set(one.names) > set(best.names))
             ]
-            if not left:
+            if left:
+                one = max(left, key=lambda reached: reached.score)
+                self.sets[one.names] = self._refiner.finished(one)
+                continue
+            rivals = [
+                one
+                for one in self.sets.values()
+                if one.finished
+                and not one.closest
+                and (not one.names or one.score > best.score - RIVALS)
+            ]
+            if not (best.names and rivals):
                 return
-            one = max(left, key=lambda reached: reached.score)
-            self.sets[one.names] = self._finished(one)
-
-    def _finished(self, reached: Reached) -> Reached:
-        names = reached.names
-        others = [one.score for other, one in self.sets.items() if other != names]
-        for number in range(LAST_ROUNDS):
-            if number > 1 and reached.score < max(others, default=-math.inf) - CLOSE:
-                break  # learned curves had made it seem better than it is
-            try:
-                reached = self._settled(names, reached)
-                curves = self._fitter.confirm(reached.fitted.curves, CLOSE_TOLERANCE)
-            except SpecificationError as error:
-                log.info("the set %s cannot be fitted any better: %s", names, error)
-                break
-            reached = self._judged(names, curves)
-            if reached.fitted.steady:
-                break
-        log.info(
-            "the set %s with amplitudes %s: score %.2f",
-            names,
-            reached.fitted.fit.amplitudes,
-            reached.score,
-        )
-        return self.sets.bounded(dataclasses.replace(reached, finished=True))
-
-    def _settled(self, names: Names, reached: Reached) -> Reached:
-        """Move a set until it is steady, as each move needs only a few simulations.
-
-        Moves that make it fit worse are left out, but for the first: what few simulations predict
-        may be wrong where they lead.
-        """
-        for number in range(ROUNDS):
-            if reached.fitted.steady:
-                break
-            try:
-                moved = self._moved(names, reached.fitted)
-            except SpecificationError:
-                if not number:
-                    raise
-                break
-            if number and moved.score < reached.score:
-                break
-            reached = moved
-        return reached
-
-    def _moved(self, names: Names, fitted: Fitted) -> Reached:
-        """Simulate a set near where it fits."""
-        moved = self._fitter.move(fitted, {name: self._effects[name] for name in names})
-        by_effects = {**self._screened.by_effects, **moved.by_effects}
-        moved = dataclasses.replace(moved, by_effects=by_effects)
-        return self._judged(names, moved)
-
-    def _judged(self, names: Names, curves: Linearised) -> Reached:
-        fit = self._fitter.fit(curves, self._effects, names, self._broken)
-        return Reached(Fitted(curves, fit), own_score(fit.evidence, names, fit.scatter))
+            one = max(rivals, key=lambda reached: reached.score)
+            self.sets[one.names] = self._refiner.closest(one)
 
     def _compared(self, reached: Reached) -> Causes:
         """Compare all sets by the linearisation near where one of them fits."""
         return find_causes(reached.fitted.fit.evidence, self.refused)
 
     def _with_own(self, found: Causes) -> Causes:
-        """Return the posterior with the own evidence of the sets reached, see `best`."""
-        log_evidence = np.full(len(found.sets), -np.inf)
-        for names, reached in self.sets.items():
+        """Return the posterior with the own evidence of the sets reached, see `best`.
+
+        Probabilities are averages over the errors of these evidences.
+        """
+        own = np.full((len(self.sets), len(found.sets)), -np.inf)
+        for k, (names, reached) in enumerate(self.sets.items()):
             if reached.score > self.sets.best.score - CLOSE:
                 there = found if reached is self.sets.best else self._compared(reached)
                 part = {found.names.index(name) for name in names}
                 larger = np.array([part <= set(chosen) for chosen in found.sets])
-                own = there.log_evidence + reached.score - there.score(names)
-                own[larger] -= [
+                own[k, larger] = (there.log_evidence + reached.score - there.score(names))[larger]
+                own[k, larger] -= [
                     self._promises.excess((found.names[i] for i in set(chosen) - part), len(names))
                     for chosen in np.array(found.sets, dtype=object)[larger]
                 ]
-                log_evidence[larger] = np.maximum(log_evidence, own)[larger]
-        for names, reached in self.sets.items():
+        for k, (names, reached) in enumerate(self.sets.items()):
             row = found.row(names)
-            log_evidence[row] = found.log_evidence[row] + reached.score - found.score(names)
-        return dataclasses.replace(found, log_evidence=log_evidence)
+            own[:, row] = -np.inf
+            own[k, row] = found.log_evidence[row] + reached.score - found.score(names)
+        return found.averaged(own, SCORE_ERROR)

@@ -8,6 +8,7 @@ same linearisation.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import logsumexp, ndtr
 
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.statistics.evidence import Evidence
@@ -34,6 +35,9 @@ NEGLIGIBLE = 0.05
 
 ROUNDS = 4
 """Maximum number of estimates of the standard deviations of the best set."""
+
+DRAWS = 400
+"""Number of random errors over which probabilities are averaged."""
 
 SMALLEST = 1e-300
 
@@ -114,6 +118,26 @@ class Causes:
 
     def _indices(self, names: Sequence[str]) -> Set:
         return tuple(sorted(self.names.index(name) for name in names))
+
+    def averaged(self, log_evidence: Array, error: float) -> Causes:
+        """Return the posterior for evidence that is not known exactly.
+
+        Probabilities are averages over random errors.
+
+        Parameters
+        ----------
+        log_evidence
+            Log-evidence of each set according to several sources, of which the largest counts, and
+            which err independently, shape (k, s).
+        error
+            Standard deviation of the error of each source.
+        """
+        log_prior = log_priors(self.sets, len(self.names))
+        total = np.full(len(self.sets), -np.inf)
+        for errors in np.random.default_rng(0).normal(0.0, error, (DRAWS, len(log_evidence))):
+            scores = (log_evidence + errors[:, None]).max(axis=0) + log_prior
+            total = np.logaddexp(total, scores - logsumexp(scores))
+        return dataclasses.replace(self, log_evidence=total - log_prior)
 
     def certain(self) -> tuple[str, ...]:
         """Return the effects, at most three, that are practically certain to be present."""
