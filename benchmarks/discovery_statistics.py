@@ -5,7 +5,7 @@
 One stalk is simulated with every effect at its typical size, in the standard test and on a shorter
 span. From these signatures, data sets of eight stalks are drawn, with scatter, noise and hidden
 effects. They are judged as `discover` judges them, except that everything is linear, so that no
-finite-element model is fitted. Takes half an hour on two cores, simulations included. Keeps
+finite-element model is fitted. Takes ten minutes on two cores, simulations included. Keeps
 finished cases in `records/discovery_statistics.json`, and writes `docs/discovery_statistics.md`.
 """
 
