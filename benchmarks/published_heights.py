@@ -244,19 +244,9 @@ def page(found: dict[str, Any]) -> str:
         said = " or ".join(f"{words(name)} {alone(name, causes, reduced, scale)}" for name in group)
         gradient = alone("stiffness_gradient", causes, reduced, scale)
         rows.append([account.title, f"{p:.2g}", f"{causes.none:.2f}", said, gradient])
-    head = [
-        "what is explained",
-        "p of no effect",
-        "probability of none",
-        "group of 95 %",
-        "gradient",
-    ]
-    return (
-        HEAD
-        + table(["stalk", "measured (N)", "simulated (N)", "ratio"], forces)
-        + MIDDLE
-        + (table(head, rows) + TAIL)
-    )
+    head = ["what is explained", "p of no effect", "probability of none", "group", "gradient"]
+    measured = table(["stalk", "measured (N)", "simulated (N)", "ratio"], forces)
+    return HEAD + measured + MIDDLE + table(head, rows) + TAIL
 
 
 def main() -> None:

@@ -42,6 +42,11 @@ class Reached:
     finished: bool = False
     closest: bool = False
 
+    def __str__(self) -> str:
+        """Return the set, its amplitudes and its score."""
+        amplitudes = self.fitted.fit.amplitudes
+        return f"the set {self.names} with amplitudes {amplitudes}: score {self.score:.2f}"
+
     @property
     def names(self) -> Names:
         """Names of the effects."""

@@ -80,12 +80,7 @@ class Refiner:
             reached = self.judged(names, curves)
             if reached.fitted.steady:
                 break
-        log.info(
-            "the set %s with amplitudes %s: score %.2f",
-            names,
-            reached.fitted.fit.amplitudes,
-            reached.score,
-        )
+        log.info("%s", reached)
         return self._sets.bounded(dataclasses.replace(reached, finished=True))
 
     def closest(self, reached: Reached) -> Reached:
@@ -111,13 +106,7 @@ class Refiner:
             if reached.fitted.distance < CLOSEST:
                 break
         reached = min(tried, key=lambda one: one.fitted.distance, default=reached)
-        log.info(
-            "the set %s with amplitudes %s: score %.2f at a distance of %.2g",
-            reached.names,
-            reached.fitted.fit.amplitudes,
-            reached.score,
-            reached.fitted.distance,
-        )
+        log.info("%s", reached)
         reached = dataclasses.replace(reached, finished=True, closest=True)
         return self._sets.bounded(reached)
 

@@ -159,12 +159,7 @@ class Search:
             shrunk += self._shrinks(reached, part)
         self.sets[names] = reached = self.sets.bounded(reached)
         self._promises.learn(part, reached)
-        log.info(
-            "the set %s with amplitudes %s: score %.2f",
-            names,
-            reached.fitted.fit.amplitudes,
-            reached.score,
-        )
+        log.info("%s", reached)
 
     def _behind(self, reached: Reached, shrunk: int) -> bool:
         """Return whether a simulated set is so far behind the best one that it is given up.
