@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -26,8 +26,6 @@ class UnloadingPredictor(Predictor):
     deflection of the machine at that point subtracted; otherwise the indenter moves as far as the
     recorded displacement, so that an error of the machine needs no simulation.
     """
-
-    derives: ClassVar[bool] = False
 
     def task(
         self, test: BendingTest, factors: tuple[Change, ...] = (), smooth: bool = False

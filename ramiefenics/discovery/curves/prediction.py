@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -46,9 +45,6 @@ class Predictor:
     mesh_changes
         What finer meshes change of the forces.
     """
-
-    derives: ClassVar[bool] = True
-    """Whether tasks may include derivatives."""
 
     def __init__(self, tests: Sequence[BendingTest], observed: Observed, runs: Mapper) -> None:
         self._tests, self._observed = list(tests), observed
@@ -104,8 +100,8 @@ class Predictor:
         """
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
-        by_amplitudes = Signatures(self, typical, suspects, smooth)
-        soon = [*by_amplitudes.derived, *self.mesh_changes.tasks(needed)]
+        by_amplitudes = Signatures(self, typical, suspects)
+        soon = self.mesh_changes.tasks(needed)
         raw, typical_raw, answers = self._raw(
             (model, typical), smooth, soon, by_amplitudes.carrying
         )
