@@ -12,6 +12,7 @@ import pandas as pd
 
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.curves.linearised import LOADED, Linearised, Model
+from ramiefenics.discovery.curves.mesh_changes import MeshChanges
 from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.effects import Effect
@@ -87,6 +88,11 @@ class BothWays:
             for part, rows in zip(self._parts, self._rows, strict=True)
         )
         return other
+
+    def share_mesh_changes(self, first: MeshChanges) -> None:
+        """Let a mesh change all curves alike, see `Predictor.share_mesh_changes`."""
+        for part in self._parts:
+            part.share_mesh_changes(first)
 
     def linearise(
         self,

@@ -67,6 +67,10 @@ class Predictor:
         other.mesh_changes = self.mesh_changes.of(tests, other.runs)
         return other
 
+    def share_mesh_changes(self, first: MeshChanges) -> None:
+        """Take the mesh to change all curves as it changes another predictor's first curve."""
+        self.mesh_changes = self.mesh_changes.as_of(first)
+
     def linearise(
         self,
         model: Model,
