@@ -10,7 +10,7 @@ import pytest
 
 import ramiefenics as rf
 from ramiefenics.discovery.curves.changed_curves import Carried, following
-from ramiefenics.discovery.curves.standing import Place, Standing, change_of, slope_of
+from ramiefenics.discovery.curves.standing import Place, Standing, change_of
 from ramiefenics.discovery.curves.stepping import Stepping
 from ramiefenics.runs.curve import normalised
 from ramiefenics.surrogate.coordinates import Direction
@@ -75,24 +75,6 @@ def test_what_needs_no_simulation_is_not_carried_over(stalks: list[rf.BendingTes
     gapped = [rf.override(test, ["machine.seating_gap_mm=0.3"]) for test in stalks]
     for changed in (stiffer, gapped):
         assert standing(stalks, changed).by.tolist() == [0, 1, 2, 3]
-
-
-def test_changes_are_those_of_forces_in_proportion() -> None:
-    x, denser = np.linspace(0.0, 10.0, 21), np.linspace(0.0, 10.0, 41)
-    force = lambda x, k: k * x / (1.0 + 0.1 * x)  # noqa: E731
-    curves = [
-        pd.DataFrame({"displacement_mm": at, "force_N": force(at, k)})
-        for at, k in ((x, 2.0), (denser, 5.0))
-    ]
-    softer = 0.97 - 0.01 * denser
-    changed = pd.DataFrame({"displacement_mm": denser, "force_N": force(denser, 2.0) * softer})
-    found = Standing(np.array([0, 0]), np.array([1.0, 2.0]))
-    first, second = found.changes(curves, {0: change_of(curves[0], changed)})
-    assert first == pytest.approx(force(x, 2.0) * (-0.03 - 0.01 * x), abs=2e-3)  # interpolated
-    assert second == pytest.approx(force(denser, 5.0) * 2.0 * (-0.03 - 0.01 * denser), abs=2e-2)
-    slopes = curves[0].assign(stiffness=curves[0]["force_N"] * 0.3)
-    _, second = found.changes(curves, {0: slope_of(slopes, "stiffness")})
-    assert second == pytest.approx(0.6 * force(denser, 5.0), rel=1e-9)
 
 
 def test_a_curve_without_force_is_refused() -> None:

@@ -70,16 +70,13 @@ class MeshChanges:
         return other
 
     def as_of(self, first: MeshChanges) -> MeshChanges:
-        """Return these changes, taken to be those of another's first curve.
-
-        They are the same at the same share of the travel.
-        """
+        """Return changes of these curves that are those of another's first, by share of travel."""
         other = MeshChanges(self._tests, self._at, self._task, self._runs)
         known = first._at[0] / first._tests[0].protocol.travel_mm
         travel_mm = np.array([test.protocol.travel_mm for test in self._tests])
         shares = self._at / travel_mm[:, None]
         other._without = np.array([np.interp(shares, known, own[0]) for own in first._without])
-        other._chosen = [0]
+        other._chosen = []  # none is simulated
         return other
 
     @cached_property

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,25 +118,6 @@ class Standing:
     def chosen(self) -> list[int]:
         """Indices of the curves that stand for themselves."""
         return [i for i, j in enumerate(self.by) if i == j]
-
-    def changes(
-        self, curves: Sequence[pd.DataFrame], shares: Mapping[int, tuple[Array, Array]]
-    ) -> list[Array]:
-        """Return changes of all forces, N.
-
-        Parameters
-        ----------
-        curves
-            Curves before the change.
-        shares
-            Displacements (mm), and the relative change of the force there, of the curves that are
-            chosen, by index.
-        """
-        each = zip(curves, self.by, self.size, strict=True)
-        return [
-            size * curve["force_N"].to_numpy() * np.interp(curve["displacement_mm"], *shares[i])
-            for curve, i, size in each
-        ]
 
 
 def change_of(before: pd.DataFrame, after: pd.DataFrame) -> tuple[Array, Array]:
