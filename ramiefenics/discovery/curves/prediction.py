@@ -160,7 +160,7 @@ class Predictor:
             for i, test in enumerate(before)
         ]
         changed = [task for _, task in first.values()]
-        answers = self._answers([*tasks, *soon], [*changed, *carrying])
+        answers = self._answers([*soon, *tasks], [*changed, *carrying])
         names = ["displacement_mm", "force_N", *(factor.name for factor in factors)]
         curves = [answers[task].result().filter(names) for task in tasks]
         pairs = {i: tuple(answers[task].result() for task in pair) for i, pair in first.items()}
@@ -195,10 +195,10 @@ class Predictor:
         tasks = self.exact_tasks(tests)
         soon = self.mesh_changes.tasks(curves.model)
         if isinstance(self.runs, LearnedCurves):
-            answers = self.runs.map([*tasks, *soon], tolerance)
+            answers = self.runs.map([*soon, *tasks], tolerance)
         else:
-            answers = self.runs.map([*tasks, *soon])
-        raw = [done.result() for done in answers[: len(tasks)]]
+            answers = self.runs.map([*soon, *tasks])
+        raw = [done.result() for done in answers[len(soon) :]]
         self.mesh_changes.learn(curves.model)
         extrapolated = self.mesh_changes.extrapolated(raw, curves.model)
         force = self.read(tests, extrapolated)
