@@ -356,6 +356,28 @@ class Softening(Springs):
         return found
 
 
+def test_amplitudes_that_turn_back_stop_where_they_would_stay(
+    screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
+) -> None:
+    """Whole steps, 2.5 times too long, would go to and fro around 0.3 for ever."""
+    damage = rf.EFFECTS["fibre_damage"]
+    data = Observed(AT_MM[None], AT_MM[None], AT_MM[-1:], Blocks.of(["A"], len(AT_MM)))
+    runs = Softening(springs._stiffness, springs._modulus_MPa)
+    fitter = Fitter(dataset, data, Predictor([screening], data, runs))
+    model, visited = Model(factors(screening, ["xylem.axial"]), np.zeros((1, 1))), []
+    for _ in range(4):
+        start = model.amplitude(damage.name)
+        fit = SimpleNamespace(
+            log_factors=np.zeros((1, 1)),
+            evidence=SimpleNamespace(whole=[0]),
+            sd=lambda name: 0.01,
+        )
+        added = {damage.name: (damage, start - 2.5 * (start - 0.3))}
+        model = fitter._move(model, fit, added, {}).model
+        visited.append(model.amplitude(damage.name))
+    assert visited == pytest.approx([0.5, 0.3, 0.3, 0.3])  # the typical amplitude at most
+
+
 def test_a_fit_that_moves_on_keeps_what_simulating_all_curves_has_shown(
     screening: rf.BendingTest, dataset: SimpleNamespace, springs: Springs
 ) -> None:

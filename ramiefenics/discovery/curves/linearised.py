@@ -34,6 +34,8 @@ class Model:
         Change of the log factors that led here from the point before, shape (n, k), and which share
         of the wanted change it was for each specimen, shape (n,); no step if there was no
         such point.
+    before
+        Amplitudes of the effects at that point, and their changes wanted there, by name.
     """
 
     factors: tuple[Factor, ...]
@@ -41,6 +43,7 @@ class Model:
     effects: Mapping[str, tuple[Effect, float]] = dataclasses.field(default_factory=dict)
     step: Array | None = None
     share: Array | float = 1.0
+    before: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
 
     def test(self, test: BendingTest, log_factors: Array) -> BendingTest:
         """Return a specification with factors, and with the effects of the model, applied."""

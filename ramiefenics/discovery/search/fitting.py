@@ -218,7 +218,7 @@ class Fitter:
 
         A specimen whose factors are to turn back goes half as far as before, as whole steps may
         oscillate; otherwise twice as far, up to all the way. Amplitudes go as far as specimens do
-        on average.
+        on average; one that is to turn back goes to where, by interpolation, it would stay.
 
         Specimens and amplitudes that are near enough stay where they have been simulated, so that
         one specimen that moves does not make all others be simulated again.
@@ -235,15 +235,17 @@ class Fitter:
             share = np.where(back, model.share / 2.0, np.minimum(2.0 * model.share, 1.0))
         while True:
             mean = float(share.mean())
-            effects = {}
+            effects, before = {}, {}
             for name, (effect, amplitude) in added.items():
                 start, most = model.amplitude(name), abs(effect.typical)
-                change = float(np.clip(amplitude - start, -most, most))
-                if name in model.effects and abs(change) <= within * STEADY_ERRORS * fit.sd(name):
+                before[name] = (start, amplitude - start)
+                change = float(np.clip(_amplitude_step(model, name, amplitude), -most, most))
+                close = abs(amplitude - start) <= within * STEADY_ERRORS * fit.sd(name)
+                if name in model.effects and close:
                     change = 0.0
                 effects[name] = (effect, start + mean * change)
             moved = share[:, None] * step
-            wanted = Model(model.factors, here + moved, effects, moved, share)
+            wanted = Model(model.factors, here + moved, effects, moved, share, before)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
             log.info("moving %.3g of the way, to the effects %s", mean, amounts)
             try:
@@ -252,6 +254,16 @@ class Fitter:
                 share /= 2.0
                 if mean < 2.0 * SHORTEST:
                     raise
+
+
+def _amplitude_step(model: Model, name: str, fitted: float) -> float:
+    """Return the change of an amplitude towards the fitted one, without oscillating around it."""
+    here = model.amplitude(name)
+    last, wanted = model.before.get(name, (here, 0.0))
+    change = fitted - here
+    if change * (here - last) < 0.0 and change * wanted < 0.0:
+        return change * (here - last) / (wanted - change)
+    return change
 
 
 def linear_evidence(
