@@ -14,7 +14,7 @@ from ramiefenics.discovery.curves.both_ways import predictor_of
 from ramiefenics.discovery.curves.linearised import Linearised
 from ramiefenics.discovery.curves.meshes import on_mesh
 from ramiefenics.discovery.curves.observed import observe
-from ramiefenics.discovery.planning.plan import Plan, plan
+from ramiefenics.discovery.planning.plan import Plan, planned
 from ramiefenics.discovery.planning.power import Design
 from ramiefenics.discovery.report.outcome import Discovery
 from ramiefenics.discovery.search.fitted import Fitted
@@ -222,7 +222,8 @@ class _Inquiry:
         self._stage("planning the next experiment", 3 * (1 + len(effects)))
         try:
             test = dataclasses.replace(test, protocol=protocol)
-            return plan(test, None, design, effects, self._runs)
+            known = self._predictor.mesh_changes
+            return planned(test, None, design, effects, self._runs, known)
         except SpecificationError as error:
             log.info("the next experiment cannot be planned: %s", error)
             return None

@@ -89,6 +89,11 @@ class BothWays:
         )
         return other
 
+    @property
+    def mesh_changes(self) -> MeshChanges:
+        """What finer meshes change of the forces of loading."""
+        return self._parts[0].mesh_changes
+
     def share_mesh_changes(self, first: MeshChanges) -> None:
         """Let a mesh change all curves alike, see `Predictor.share_mesh_changes`."""
         for part in self._parts:

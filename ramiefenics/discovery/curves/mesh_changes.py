@@ -72,7 +72,7 @@ class MeshChanges:
     def as_of(self, first: MeshChanges) -> MeshChanges:
         """Return changes of these curves that are those of another's first, by share of travel."""
         other = MeshChanges(self._tests, self._at, self._task, self._runs)
-        known = first._at[0] / first._tests[0].protocol.travel_mm
+        known = first._at[0] / first._at[0].max()
         travel_mm = np.array([test.protocol.travel_mm for test in self._tests])
         shares = self._at / travel_mm[:, None]
         other._without = np.array([np.interp(shares, known, own[0]) for own in first._without])

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
+from ramiefenics.discovery.curves.mesh_changes import MeshChanges
 from ramiefenics.discovery.planning.power import Design, Power, power, predicted_evidence, repeated
 from ramiefenics.discovery.report.wording import with_space
 from ramiefenics.effects import EFFECTS, Effect
@@ -199,13 +200,38 @@ def plan(
     test = as_test(test, **changes)
     design = Design() if design is None else design
     suspects = EFFECTS if effects is None else effects
+    with lasting(runs) as runs:
+        return planned(test, others, design, suspects, runs)
+
+
+def planned(
+    test: BendingTest,
+    others: Sequence[Sequence[str]] | None,
+    design: Design,
+    suspects: Mapping[str, Effect],
+    runs: Mapper,
+    mesh_changes: MeshChanges | None = None,
+) -> Plan:
+    """Find out what tests could show, given what finer meshes change, if that is known.
+
+    Parameters
+    ----------
+    test, others, design, suspects, runs
+        As for `plan`.
+    mesh_changes
+        What finer meshes change of a similar test; by default these are simulated.
+
+    Raises
+    ------
+    SpecificationError
+        As `plan`.
+    """
     effects = {name: effect.as_found([test]) for name, effect in suspects.items()}
     given = _default_others(test) if others is None else others
     curves = [_curves(test), *(_curves(changed(test, settings)) for settings in given)]
     every = [one for some in curves for one in some]
-    with lasting(runs) as runs:
-        _check_ends(every, runs)
-        evidence = predicted_evidence(every, effects, design.fit_sd, runs)
+    _check_ends(every, runs)
+    evidence = predicted_evidence(every, effects, design.fit_sd, runs, mesh_changes)
     ends = np.cumsum([len(some) for some in curves])
     first, *rows = (list(range(e - len(some), e)) for e, some in zip(ends, curves, strict=True))
     choices = {"alone": first} | {" ".join(o): first + r for o, r in zip(given, rows, strict=True)}

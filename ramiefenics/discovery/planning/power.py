@@ -12,6 +12,7 @@ from ramiefenics.discovery.curves.blocks import Array, Blocks
 from ramiefenics.discovery.curves.both_ways import predictor_of
 from ramiefenics.discovery.curves.factors import factors
 from ramiefenics.discovery.curves.linearised import Model
+from ramiefenics.discovery.curves.mesh_changes import MeshChanges
 from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.search.fitting import linear_evidence
@@ -77,13 +78,17 @@ class Design:
 
 
 def predicted_evidence(
-    tests: Sequence[BendingTest], effects: Mapping[str, Effect], fit_sd: float, runs: Mapper
+    tests: Sequence[BendingTest],
+    effects: Mapping[str, Effect],
+    fit_sd: float,
+    runs: Mapper,
+    mesh_changes: MeshChanges | None = None,
 ) -> Evidence:
     """Return the evidence that tests of one stalk would give if the baseline were right.
 
     Effects that have no meaning for these tests are not among its suspects. Finer meshes, which
-    take most of the time, are simulated for the first test only, and taken to change the others by
-    the same share of the force at the same share of the travel.
+    take most of the time, are simulated for the first test at most, and taken to change the others
+    by the same share of the force at the same share of the travel.
 
     Parameters
     ----------
@@ -92,6 +97,8 @@ def predicted_evidence(
         and follows that of its loading.
     effects, fit_sd, runs
         Suspects, how well the moduli are known, and what runs the simulations.
+    mesh_changes
+        What finer meshes change of a similar test; by default these are simulated.
 
     Raises
     ------
@@ -105,7 +112,9 @@ def predicted_evidence(
     nothing = Observed(at, np.zeros_like(at), np.ones(len(tests)), blocks)
     used = factors(tests[0])
     predictor = predictor_of(tests, nothing, runs)
-    predictor.share_mesh_changes(Predictor(tests[:1], nothing.of(np.array([0])), runs).mesh_changes)
+    if mesh_changes is None:
+        mesh_changes = Predictor(tests[:1], nothing.of(np.array([0])), runs).mesh_changes
+    predictor.share_mesh_changes(mesh_changes)
     curves = predictor.linearise(Model(used, np.zeros((1, len(used)))), effects)
     observed = Observed(at, curves.force, curves.force.max(axis=1), blocks)
     return linear_evidence(curves, observed, effects, fit_sd)
