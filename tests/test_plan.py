@@ -15,6 +15,10 @@ from typer.testing import CliRunner
 
 import ramiefenics as rf
 from ramiefenics.cli import app
+from ramiefenics.discovery.curves.blocks import Blocks
+from ramiefenics.discovery.curves.observed import Observed
+from ramiefenics.discovery.curves.prediction import Predictor
+from ramiefenics.discovery.planning.plan import planned
 from ramiefenics.discovery.planning.power import Design, power, predicted_evidence, repeated
 from ramiefenics.discovery.statistics.bootstrap import p_value_of_effect
 from ramiefenics.discovery.statistics.fit_scatter import fit_scatter
@@ -131,3 +135,23 @@ def test_a_single_suspect_has_a_table_of_cosines_without_rows() -> None:
     table = found.tables()["cosines"].data
     assert list(table) == ["tests", "effect", "other", "cosine"]
     assert table.empty
+
+
+def test_known_changes_by_finer_meshes_are_not_simulated_again() -> None:
+    meshes = set()
+
+    class Recording(Formula):
+        def map(self, tasks: Sequence[CurveTask]) -> list[Done[pd.DataFrame]]:
+            meshes.update(task.test.numerics.mesh for task in tasks)
+            return super().map(tasks)
+
+    test, gap = rf.published_test("table3"), {"seating_gap": EFFECTS["seating_gap"]}
+    at = test.protocol.travel_mm * np.linspace(0.1, 1.0, 10)[None]
+    nothing = Observed(at, np.zeros_like(at), np.ones(1), Blocks.of(["A"], at.size))
+    known = Predictor([test], nothing, Formula()).mesh_changes
+    shorter = [["fixture.span_mm=70"]]
+    found = planned(test, shorter, Design(), gap, Recording(), known)
+    assert meshes == {test.numerics.mesh}
+    # the changes are interpolated between ten displacements
+    expected = rf.plan(test, shorter, Design(), gap, Formula()).alone.smallest
+    assert found.alone.smallest == pytest.approx(expected, rel=0.01)
