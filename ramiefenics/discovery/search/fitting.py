@@ -233,17 +233,21 @@ class Fitter:
         if model.step is not None and model.effects.keys() == added.keys():
             back = (step * model.step).sum(axis=1) < 0.0
             share = np.where(back, model.share / 2.0, np.minimum(2.0 * model.share, 1.0))
+        before, changes = {}, {}
+        for name, (effect, amplitude) in added.items():
+            start, most = model.amplitude(name), abs(effect.typical)
+            before[name] = start, amplitude - start
+            change = _amplitude_step(model, name, amplitude)
+            close = within * STEADY_ERRORS
+            if name in model.effects and abs(amplitude - start) <= close * fit.sd(name):
+                change = 0.0
+            changes[name] = float(np.clip(change, -most, most))
         while True:
             mean = float(share.mean())
-            effects, before = {}, {}
-            for name, (effect, amplitude) in added.items():
-                start, most = model.amplitude(name), abs(effect.typical)
-                before[name] = (start, amplitude - start)
-                change = float(np.clip(_amplitude_step(model, name, amplitude), -most, most))
-                close = abs(amplitude - start) <= within * STEADY_ERRORS * fit.sd(name)
-                if name in model.effects and close:
-                    change = 0.0
-                effects[name] = (effect, start + mean * change)
+            effects = {
+                name: (effect, before[name][0] + mean * changes[name])
+                for name, (effect, _) in added.items()
+            }
             moved = share[:, None] * step
             wanted = Model(model.factors, here + moved, effects, moved, share, before)
             amounts = {name: amplitude for name, (_, amplitude) in effects.items()}
