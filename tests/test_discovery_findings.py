@@ -29,6 +29,7 @@ def found(verdict: str, moves=None, curves=BETTER, shapes=BETTER, **values):
         "amplitudes": {group[0]: 0.01 for group in groups},
         "effects": rf.SUSPECTS,
         "interval": lambda name: (0.008, 0.012),
+        "sd_between_specimens": {},
         "gain": Gain(errors, 0.7 * errors, 2.0 * errors, curves),
         "shape_gain": Gain(errors, 0.7 * errors, 2.0 * errors, shapes),
         "posterior": SimpleNamespace(
@@ -97,6 +98,13 @@ def test_every_cause_is_named_with_its_size():
     first = findings(found("cause", groups=(("taper",), ("pith_core",))))[0]
     assert first.startswith("The causes are taper: 0.01 mm/mm (95 % interval 0.008 to 0.012) and ")
     assert "pith core: 0.01 MPa" in first
+
+
+def test_it_is_told_by_how_much_specimens_differ():
+    values = {"groups": (("load_offset",),), "sd_between_specimens": {"load_offset": 1.14}}
+    first = findings(found("cause", **values))[0]
+    assert "0.012) with a standard deviation of 1.1 N between specimens, p = " in first
+    assert "between specimens" not in findings(found("cause"))[0]
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -302,6 +302,19 @@ def test_amplitudes_of_specimens_stay_within_bounds(high):
     assert amplitudes.max() < high + 0.2 * scale
 
 
+def test_it_is_found_by_how_much_specimens_differ():
+    """The prior, which expects less, and six specimens allow 30 %."""
+    found = evidence({})
+    each = np.linspace(-2.0, 6.0, found.blocks.number)
+    swing = replace(found.suspects["swing"], effect=effect("swing", True))
+    change = each[found.blocks.specimen, None] * swing.signature
+    found = replace(
+        found, residual=found.residual + change, suspects={**found.suspects, "swing": swing}
+    )
+    fit = Fit(found, ("swing",), fit_scatter(found, ("swing",)))
+    assert fit.sd_between_specimens == {"swing": pytest.approx(each.std(ddof=1), rel=0.3)}
+
+
 def test_scatter_is_estimated():
     """So few specimens allow a factor of two, and 20 % for the noise."""
     many = tuple(f"S{k}" for k in range(24))

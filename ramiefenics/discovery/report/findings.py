@@ -194,12 +194,16 @@ def _size(found: Discovery, name: str) -> str:
     if name not in found.amplitudes:
         return words(name)
     low, high = found.interval(name)
-    value = f"{found.amplitudes[name]:.3g}{with_space(found.effects[name].unit)}"
+    unit = with_space(found.effects[name].unit)
+    value = f"{found.amplitudes[name]:.3g}{unit}"
     times = abs(found.amplitudes[name] / found.effects[name].typical)
     far = ""
     if times > UNUSUAL:
         far = f", {times:.2g} times the typical amplitude, so it may stand in for another effect"
-    return f"{words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far})"
+    sd, differ = found.sd_between_specimens.get(name), ""
+    if sd is not None:
+        differ = f" with a standard deviation of {sd:.2g}{unit} between specimens"
+    return f"{words(name)}: {value} (95 % interval {low:.3g} to {high:.3g}{far}){differ}"
 
 
 def _unshown(curves: Gain, shapes: Gain) -> str:

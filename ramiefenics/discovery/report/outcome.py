@@ -131,6 +131,11 @@ class Discovery(Result):
         """Amplitudes of the effects in the most probable set, if something was suspected."""
         return self.fitted.fit.amplitudes
 
+    @property
+    def sd_between_specimens(self) -> dict[str, float]:
+        """Standard deviations of the amplitudes that may differ between specimens, by effect."""
+        return self.fitted.fit.sd_between_specimens
+
     def interval(self, name: str) -> tuple[float, float]:
         """Return the 95 % interval of a fitted amplitude, within its bounds.
 

@@ -53,7 +53,12 @@ def numbers(found: Discovery) -> dict[str, Any]:
         "causes": found.causes,
         "groups": found.groups,
         "amplitudes": {
-            name: {"value": value, "interval": found.interval(name), "unit": effect.unit}
+            name: {
+                "value": value,
+                "interval": found.interval(name),
+                "sd_between_specimens": found.sd_between_specimens.get(name),
+                "unit": effect.unit,
+            }
             for name, value in found.amplitudes.items()
             for effect in [found.effects[name]]
         },

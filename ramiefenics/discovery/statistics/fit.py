@@ -88,6 +88,12 @@ class Fit:
         low, high = np.quantile(values, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
         return float(low), float(high)
 
+    @property
+    def sd_between_specimens(self) -> dict[str, float]:
+        """Standard deviations of amplitudes that differ between specimens, by effect."""
+        scale = dict(zip(self.evidence.names, self.evidence.scale, strict=True))
+        return {name: float(sd * scale[name]) for name, sd in self.scatter.spread.items()}
+
     @cached_property
     def common_log_factors(self) -> Array:
         """Log factors common to all specimens, shape (k,)."""
