@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from ramiefenics.discovery.anatomy import Anatomy
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.report.outcome import Discovery
+from ramiefenics.discovery.report.wording import listed
 from ramiefenics.effects import EFFECTS
 from ramiefenics.model.laws import law_named
 from ramiefenics.results.style import (
@@ -39,8 +40,7 @@ def residual_figure(found: Discovery) -> Figure:
     """Draw the residuals of the baseline, and those of the extended model if there is one."""
     models = [("baseline", found.baseline.fit)]
     if found.extended is not None and found.extended.fit.chosen:
-        names = " and ".join(name.replace("_", " ") for name in found.extended.fit.chosen)
-        models.append((f"with {names}", found.extended.fit))
+        models.append((f"with {listed(found.extended.fit.chosen)}", found.extended.fit))
     conditions = np.array(found.dataset.condition_labels)
     labels = list(dict.fromkeys(found.dataset.condition_labels))
     with mpl.rc_context(STYLE):

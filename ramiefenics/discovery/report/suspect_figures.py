@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.planning.plan import Plan
 from ramiefenics.discovery.report.outcome import Discovery
+from ramiefenics.discovery.report.wording import listed
 from ramiefenics.discovery.statistics.causes import SURE
 from ramiefenics.discovery.statistics.verdict import ENOUGH
 from ramiefenics.results.style import GREY, STYLE, VERMILION
@@ -60,11 +61,8 @@ def sets_figure(found: Discovery) -> Figure:
     posterior = found.posterior
     order = [int(row) for row in np.argsort(-posterior.probability, kind="stable")[:MOST_SETS]]
     rows = order if 0 in order else [*order[: MOST_SETS - 1], 0]
-    labels = [
-        " and ".join(posterior.names[k].replace("_", " ") for k in posterior.sets[row])
-        or "no effect"
-        for row in rows
-    ]
+    sets = [[posterior.names[k] for k in posterior.sets[row]] for row in rows]
+    labels = [listed(names) if names else "no effect" for names in sets]
     shares = np.maximum(posterior.probability[rows], LEAST_PROBABLE)
     colours = [VERMILION if found.causes and row == order[0] else GREY for row in rows]
     with mpl.rc_context(STYLE):
