@@ -1,6 +1,6 @@
 """Effects that nobody suspects, hidden in finite-element curves and learned as free functions.
 
-    ./run python benchmarks/anatomy.py
+    ./run python benchmarks/anatomy.py [--cases N]
 
 Takes a quarter of an hour for each of six cases on two cores. Keeps finished cases in
 `records/anatomy.json`, and writes `docs/discovery_anatomy.md` with its picture.
@@ -8,6 +8,7 @@ Takes a quarter of an hour for each of six cases on two cores. Keeps finished ca
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 import warnings
 from dataclasses import dataclass, replace
@@ -168,9 +169,12 @@ def page(found: dict[str, dict[str, Any]]) -> str:
 
 def main() -> None:
     """Run the cases that are not recorded yet, then write the page and its picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=len(CASES), help="stop after so many")
+    arguments = parser.parse_args()
     warnings.simplefilter("ignore", SpecificationWarning)
     known, found = read_record("anatomy"), {}
-    for number, case in enumerate(CASES):
+    for number, case in enumerate(CASES[: arguments.cases]):
         label = f"{case.effect.name} {case.size:g}"
         found[label] = known.get(label) or run(case, SEED + number)
         write_record("anatomy", known | found)

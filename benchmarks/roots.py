@@ -104,7 +104,7 @@ def discovered(data: Path, out: Path) -> dict[str, Any]:
     wall = time.perf_counter() - start
     verdict = json.loads((out / "verdict.json").read_text())
     kept = ["verdict", "groups", "p_value", "misfit_p_value", "probabilities", "amplitudes"]
-    kept += ["gain", "shape_gain", "anatomy", "findings"]
+    kept += ["limits", "gain", "shape_gain", "anatomy", "findings"]
     return {"wall_s": wall, **{key: verdict[key] for key in kept}}
 
 
