@@ -160,8 +160,8 @@ def page(found: dict[str, dict[str, Any]]) -> str:
         "Made by `./run python benchmarks/anatomy.py`: eight stalks, simulated by finite elements "
         "on a mesh of their own, 1 % noise, with an effect that is not among the suspects; "
         "[discovery_method.md](discovery_method.md#anatomy-of-the-unknown) describes the method. "
-        f"The place is right in {right} of {len(found)} cases. The last column is the share of the "
-        "points at which the 95 % band of the learned function contains the hidden one.\n\n"
+        f"{len(found)} of {len(CASES)} cases so far; the place is right in {right} of these. The "
+        "last column is the share of the points at which the 95 % band of the learned function contains the hidden one.\n\n"
         + table(head, rows)
         + "\n![What was hidden, and what was learned](discovery_anatomy.png)\n"
     )
