@@ -161,7 +161,8 @@ def page(found: dict[str, dict[str, Any]]) -> str:
         "on a mesh of their own, 1 % noise, with an effect that is not among the suspects; "
         "[discovery_method.md](discovery_method.md#anatomy-of-the-unknown) describes the method. "
         f"{len(found)} of {len(CASES)} cases so far; the place is right in {right} of these. The "
-        "last column is the share of the points at which the 95 % band of the learned function contains the hidden one.\n\n"
+        "last column is the share of the points at which the 95 % band of the learned function "
+        "contains the hidden one.\n\n"
         + table(head, rows)
         + "\n![What was hidden, and what was learned](discovery_anatomy.png)\n"
     )
