@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from record import read_record, write_record
-from roots import TO_MM, chosen, discovered, write_dataset
+from roots import TO_MM, TOE_MM, chosen, discovered, write_dataset
 
 import ramiefenics as rf
 from ramiefenics.measured.record import Record
@@ -30,8 +30,6 @@ from ramiefenics.measured.seating import toe_mm
 
 GENOTYPE, ROOTS = "A632", 12
 HALF = "second"
-TOE_MM = 0.5
-"""Displacement at which the toe of every root has ended."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class Case:
     def label(self) -> str:
         """Label of the case in the record."""
         if not self.effect:
-            return "untouched" if self.toe else "untouched, from contact"
+            return "untouched" if self.toe else "untouched from contact"
         return f"{self.effect} {self.amplitude:g} in {'half' if self.half else 'all'}"
 
 

@@ -22,7 +22,9 @@ from record import read_record, write_record
 
 from ramiefenics.effects import SUSPECTS
 
-TO_MM = 2.0
+TO_MM, TOE_MM = 2.0, 0.5
+"""Displacement from the toe up to which curves are compared, and the longest toe."""
+
 BASELINE = """
 [fixture]
 span_mm = 17.5
@@ -70,7 +72,7 @@ def chosen(folder: Path, genotype: str, number: int) -> pd.DataFrame:
     table = pd.read_csv(folder / "specimens.csv")
     table["curve"] = [str((folder / path).resolve()) for path in table["curve"]]
     ends = [pd.read_csv(path)["displacement_mm"].max() for path in table["curve"]]
-    good = (table["note"] == "good test") & (pd.Series(ends) > TO_MM + 0.5)
+    good = (table["note"] == "good test") & (pd.Series(ends) > TO_MM + TOE_MM)
     if genotype != "all":
         good &= table["genotype"] == genotype
     table = table[good].sample(frac=1.0, random_state=1)
