@@ -3,8 +3,8 @@
     ./run python benchmarks/anatomy.py [--cases N]
 
 Takes a quarter of an hour for each of six cases on two cores, and longer for the last, whose stalks
-jump. Keeps finished cases in
-`records/anatomy.json`, and writes `docs/discovery_anatomy.md` with its picture.
+jump. Keeps finished cases in `records/anatomy.json`, and writes `docs/discovery_anatomy.md` with
+its picture.
 """
 
 from __future__ import annotations
