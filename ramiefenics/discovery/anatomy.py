@@ -184,6 +184,9 @@ class Anatomist:
     def learn(self, baseline: Fitted) -> tuple[Learned, dict[str, float]]:
         """Return the function in the best place, and the gain of each place in log-evidence.
 
+        A function that explains no more than chance would is not refined, which takes most of the
+        simulations.
+
         Parameters
         ----------
         baseline
@@ -203,7 +206,9 @@ class Anatomist:
         learned = [_learned(place, evidence) for place in found.values()]
         best = max(learned, key=lambda one: one.log_evidence)
         gains = {one.place.name: one.log_evidence - without for one in learned}
-        return self._refined(best, curves), gains
+        if gains[best.place.name] > ENOUGH:
+            best = self._refined(best, curves)
+        return best, gains
 
     def _refined(self, learned: Learned, curves: Linearised) -> Learned:
         """Linearise again at the expected coefficients until these settle."""
