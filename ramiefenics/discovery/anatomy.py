@@ -27,6 +27,7 @@ from ramiefenics.discovery.search.fitting import FARTHEST, SHORTEST, linear_evid
 from ramiefenics.discovery.statistics.evidence import Evidence
 from ramiefenics.discovery.statistics.fit import LEVEL, Fit
 from ramiefenics.discovery.statistics.fit_scatter import fit_scatter, log_evidence
+from ramiefenics.discovery.statistics.freedom import degrees_of_freedom
 from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.verdict import ENOUGH
 from ramiefenics.effects import Effect
@@ -64,24 +65,29 @@ class Learned:
     @cached_property
     def coefficients(self) -> tuple[Array, Array]:
         """Mean, shape (c,), and covariance, shape (c, c), of the coefficients."""
+        return self._coefficients_of(self.fit)
+
+    def _coefficients_of(self, fit: Fit) -> tuple[Array, Array]:
         root = self.size * self.place.root
         number = root.shape[1]
-        whitened = self.fit.evidence.whiten(self.fit.scatter)
+        whitened = fit.evidence.whiten(fit.scatter)
         mean, covariance = (part[-number:] for part in whitened.deviations(()))
         return root @ mean, root @ covariance[:, -number:] @ root.T
 
     def function(self, test: BendingTest) -> tuple[Array, Array, Array]:
         """Return a test's whole function at `Place.at`: mean, and the ends of its 95 % band, (g,).
 
-        The band is that of Student's distribution with one degree of freedom fewer than there are
-        specimens.
+        The band is that of Student's distribution, see `degrees_of_freedom`.
         """
-        mean, covariance = self.coefficients
         basis = self.place.basis(test)
-        middle = self.place.function(test, self.place.at) + basis @ mean
-        sd = np.sqrt(np.einsum("gi,ij,gj->g", basis, covariance, basis))
-        freedom = max(len(self.fit.evidence.whole) - 1, 2)
-        half = float(student.ppf((1.0 + LEVEL) / 2.0, freedom)) * sd
+
+        def variances(fit: Fit) -> Array:
+            covariance = self._coefficients_of(fit)[1]
+            return np.asarray(np.einsum("gi,ij,gj->g", basis, covariance, basis))
+
+        middle = self.place.function(test, self.place.at) + basis @ self.coefficients[0]
+        quantile = student.ppf((1.0 + LEVEL) / 2.0, degrees_of_freedom(self.fit, variances))
+        half = np.asarray(quantile * np.sqrt(variances(self.fit)))
         return middle, middle - half, middle + half
 
 

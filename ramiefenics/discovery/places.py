@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.effects import Effect
@@ -40,6 +41,9 @@ HEIGHT_SIZE = 0.2
 """Prior size of the relative change of the moduli over the height."""
 
 FORCE_KNOTS, HEIGHT_KNOTS = 6, 5
+
+HEIGHT_POINTS = 25
+"""Number of places at which the smooth function over the height is stated."""
 
 SMALL = 1e-3
 """Step of a deflection relative to its size; with a large step at small forces, the recorded
@@ -255,19 +259,19 @@ def _height(heights: Array) -> Place:
     """Return the place of the factor on the moduli over the height, whose specimen mean is 1."""
     number = min(HEIGHT_KNOTS, len(np.unique(heights)))
     knots = np.linspace(heights.min(), heights.max(), number)
-    means = np.array([np.interp(heights, knots, unit).mean() for unit in np.eye(number)])
+    at = np.linspace(heights.min(), heights.max(), HEIGHT_POINTS)
+    smooth = CubicSpline(knots, np.eye(number), bc_type="natural")(at).T
+    centred = [unit - np.interp(heights, at, unit).mean() for unit in smooth]
 
     def prepared(test: BendingTest) -> BendingTest:
         if test.stalk.place_mm:
             return test
-        places = tuple(map(float, knots))
-        stalk = replace(test.stalk, place_mm=places, place_factor=(1.0,) * number)
+        places = tuple(map(float, at))
+        stalk = replace(test.stalk, place_mm=places, place_factor=(1.0,) * len(places))
         return replace(test, stalk=stalk)
 
     def change(index: int, test: BendingTest, amount: float) -> BendingTest:
-        factors = np.array(test.stalk.place_factor) + amount * (
-            np.eye(number)[index] - means[index]
-        )
+        factors = np.array(test.stalk.place_factor) + amount * centred[index]
         stalk = replace(test.stalk, place_factor=tuple(map(float, factors)))
         return replace(test, stalk=stalk)
 
