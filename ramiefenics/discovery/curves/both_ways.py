@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -18,6 +19,7 @@ from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.effects import Effect
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.specification import BendingTest
+from ramiefenics.surrogate.coordinates import Direction
 
 
 class UnloadingPredictor(Predictor):
@@ -46,14 +48,14 @@ class UnloadingPredictor(Predictor):
             found.append(self.task(dataclasses.replace(test, protocol=protocol)))
         return found
 
-    def _by_factors(
+    def _by_changes(
         self,
-        model: Model,
+        changes: Sequence[Change],
         tests: Sequence[BendingTest],
         curves: Sequence[pd.DataFrame],
         force: Array,
     ) -> Array:
-        return np.zeros((len(force), len(model.factors), force.shape[1]))
+        return np.zeros((len(force), len(changes), force.shape[1]))
 
 
 class BothWays:
@@ -105,9 +107,15 @@ class BothWays:
         suspects: Mapping[str, Effect],
         smooth: bool = False,
         roughly: bool = False,
+        along: Mapping[str, Direction] = MappingProxyType({}),
     ) -> Linearised:
-        """Find every curve with its derivatives, see `Predictor.linearise`."""
-        there, back = (part.linearise(model, suspects, smooth, roughly) for part in self._parts)
+        """Find every curve with its derivatives, see `Predictor.linearise`.
+
+        Unloading is simulated without derivatives, so all suspects are found by steps there.
+        """
+        loading, unloading = self._parts
+        there = loading.linearise(model, suspects, smooth, roughly, along)
+        back = unloading.linearise(model, suspects, smooth, roughly)
         names = [name for name in there.by_effects if name in back.by_effects]
         by_effects = {n: self._merged(there.by_effects[n], back.by_effects[n]) for n in names}
         return Linearised(

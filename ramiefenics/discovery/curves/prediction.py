@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ from ramiefenics.runs import Done
 from ramiefenics.runs.curve import Change, CurveTask, Mapper
 from ramiefenics.specification import BendingTest, SpecificationError
 from ramiefenics.surrogate import LearnedCurves
+from ramiefenics.surrogate.coordinates import Direction
 
 TOE = 0.2
 """Share of the travel that the toe of a simulated curve may take up where measured toes are cut
@@ -77,6 +79,7 @@ class Predictor:
         suspects: Mapping[str, Effect],
         smooth: bool = False,
         roughly: bool = False,
+        along: Mapping[str, Direction] = MappingProxyType({}),
     ) -> Linearised:
         """Find every curve with derivatives with respect to log factors and amplitudes.
 
@@ -94,6 +97,9 @@ class Predictor:
         roughly
             Whether to leave out what the model's effects add to the change on a finer mesh, where
             that is not known yet.
+        along
+            Directions in which suspects that the model does not contain change the specifications,
+            by name. Their derivatives are found with those by log factors, without steps.
 
         Raises
         ------
@@ -104,22 +110,26 @@ class Predictor:
         """
         needed = dataclasses.replace(model, effects={}) if roughly else model
         typical = model.typical
-        by_amplitudes = Signatures(self, typical, suspects)
+        stepped = {name: effect for name, effect in suspects.items() if name not in along}
+        by_amplitudes = Signatures(self, typical, stepped)
         soon = self.mesh_changes.tasks(needed)
         raw, typical_raw, answers = self._raw(
-            (model, typical), smooth, soon, by_amplitudes.carrying
+            (model, typical), smooth, soon, by_amplitudes.carrying, tuple(along.values())
         )
         self.mesh_changes.learn(needed)
         tests, curves = self.tests(model), self.mesh_changes.extrapolated(raw, model)
         force = self.read(tests, curves)
-        by_own = self._by_factors(model, tests, curves, force)
+        by_own = self._by_changes(model.factors, tests, curves, force)
         by_mesh = self._by_mesh(model, tests, curves, force)
         by_cells = force - self.read(tests, raw)
         tests, curves = self.tests(typical), self.mesh_changes.extrapolated(typical_raw, typical)
         typical_force = self.read(tests, curves)
         size = force.sum(axis=1, keepdims=True) / typical_force.sum(axis=1, keepdims=True)
-        by_common = size[..., None] * self._by_factors(typical, tests, curves, typical_force)
+        changes: tuple[Change, ...] = (*model.factors, *along.values())
+        by_typical = self._by_changes(changes, tests, curves, typical_force)
+        by_common = size[..., None] * by_typical[:, : len(model.factors)]
         by_effects, refused = by_amplitudes.found(typical_raw, answers)
+        by_effects |= zip(along, by_typical[:, len(model.factors) :].swapaxes(0, 1), strict=True)
         for name, (_, amplitude) in model.effects.items():
             if name in refused:
                 unknown = f"has no derivative there: {refused[name].rstrip('.')}"
@@ -133,11 +143,13 @@ class Predictor:
         smooth: bool,
         soon: Sequence[CurveTask],
         carrying: Sequence[CurveTask],
+        along: tuple[Direction, ...],
     ) -> tuple[list[pd.DataFrame], list[pd.DataFrame], Mapping[CurveTask, Done[pd.DataFrame]]]:
         """Return the curves of two models as simulated, with derivatives by the log factors.
 
-        The outcomes of tasks that are needed soon are returned as well, because all simulations
-        that do not depend on one another are done together.
+        Those of the second model also have derivatives along some directions. The outcomes of tasks
+        that are needed soon are returned as well, because all simulations that do not depend on one
+        another are done together.
         """
         alike = np.array_equal(models[0].log_factors, models[1].log_factors)
         different = models[:1] if alike else models
@@ -155,16 +167,19 @@ class Predictor:
             )
             for i, near in carried.represented.items()
         }
+        every: tuple[Change, ...] = (*factors, *along)
+        number = len(tests[0])
+        wanted = [factors] * (len(before) - number) + [every] * number
         tasks = [
-            first[i][0] if i in first else self.task(test, factors, smooth)
-            for i, test in enumerate(before)
+            first[i][0] if i in first else self.task(test, changes, smooth)
+            for i, (test, changes) in enumerate(zip(before, wanted, strict=True))
         ]
         changed = [task for _, task in first.values()]
         answers = self._answers([*soon, *tasks], [*changed, *carrying])
-        names = ["displacement_mm", "force_N", *(factor.name for factor in factors)]
+        names = ["displacement_mm", "force_N", *(change.name for change in every)]
         curves = [answers[task].result().filter(names) for task in tasks]
         pairs = {i: tuple(answers[task].result() for task in pair) for i, pair in first.items()}
-        raw, number = carried.changed(curves, pairs), len(tests[0])
+        raw = carried.changed(curves, pairs)
         return raw[:number], raw[-number:], answers
 
     def _answers(
@@ -233,17 +248,17 @@ class Predictor:
         tasks, end = [self.task(test) for test in tests], float(self._at.max())
         return [dataclasses.replace(task, test=far_enough(task.test, end)) for task in tasks]
 
-    def _by_factors(
+    def _by_changes(
         self,
-        model: Model,
+        changes: Sequence[Change],
         tests: Sequence[BendingTest],
         curves: Sequence[pd.DataFrame],
         force: Array,
     ) -> Array:
-        """Return derivatives with respect to the log factors, shape (r, k, m)."""
+        """Return derivatives with respect to changes that the curves have, shape (r, k, m)."""
         found = [
-            self.slopes_by(tests, curves, force, [curve[factor.name] for curve in curves])
-            for factor in model.factors
+            self.slopes_by(tests, curves, force, [curve[change.name] for curve in curves])
+            for change in changes
         ]
         return np.stack(found, axis=1)
 
