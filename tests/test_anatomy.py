@@ -14,12 +14,14 @@ from scipy.integrate import cumulative_trapezoid
 
 import ramiefenics as rf
 from ramiefenics.discovery.anatomy import Anatomist, Learned
+from ramiefenics.discovery.curves.directions import directions_of
 from ramiefenics.discovery.curves.observed import observe
 from ramiefenics.discovery.curves.prediction import Predictor
 from ramiefenics.discovery.places import places
 from ramiefenics.discovery.search.fitting import Fitter
 from ramiefenics.discovery.synthetic import Secret, make_dataset
 from ramiefenics.model.laws.free_form import PULLED, STRAINS
+from ramiefenics.surrogate.coordinates import numbers
 
 pytestmark = pytest.mark.filterwarnings("ignore::ramiefenics.SpecificationWarning")
 
@@ -156,3 +158,20 @@ def test_every_coefficient_changes_its_function_only(screening: rf.BendingTest) 
     assert np.ptp(factors) > 0.2
     for place in found.values():
         assert place.prepared(place.prepared(tests[0])) == place.prepared(tests[0])
+
+
+def test_only_what_changes_the_section_needs_derivatives(screening: rf.BendingTest) -> None:
+    """Factors on all moduli and errors of the machine do not, whatever rounding leaves of them."""
+    heights = np.linspace(0.0, 1200.0, 8)
+    tests = [rf.override(screening, [f"stalk.position_mm={height}"]) for height in heights]
+    found = places(tests, 100.0, 14.0)
+    effects = {effect.name: effect for place in found.values() for effect in place.effects}
+    simulated = [e.name for name in ("fibre", "section") for e in found[name].effects]
+    for test in tests:
+        for place in found.values():
+            test = place.apply(test, np.linspace(0.03, 0.11, len(place.effects)))
+        directions = directions_of(effects, test)
+        assert list(directions) == simulated
+    for name, direction in directions.items():
+        moved = effects[name].apply(test, 0.2)
+        assert numbers(direction.apply(test, 0.2)) == pytest.approx(numbers(moved))

@@ -19,7 +19,8 @@ from scipy.stats import t as student
 
 from ramiefenics.discovery.curves.blocks import Array
 from ramiefenics.discovery.curves.both_ways import Predicting
-from ramiefenics.discovery.curves.linearised import Linearised
+from ramiefenics.discovery.curves.directions import directions_of
+from ramiefenics.discovery.curves.linearised import Linearised, Model
 from ramiefenics.discovery.curves.observed import Observed
 from ramiefenics.discovery.places import Place, places
 from ramiefenics.discovery.search.fitted import STEADY, STEADY_ERRORS, Fitted
@@ -32,9 +33,7 @@ from ramiefenics.discovery.statistics.gain import Gain
 from ramiefenics.discovery.statistics.verdict import ENOUGH
 from ramiefenics.effects import Effect
 from ramiefenics.measured import Dataset
-from ramiefenics.runs.curve import normalised
 from ramiefenics.specification import BendingTest, SpecificationError
-from ramiefenics.surrogate.coordinates import Direction, numbers
 
 SIZES = (0.3, 1.0, 3.0)
 """Prior sizes of a function relative to that of its place, all equally probable."""
@@ -207,9 +206,7 @@ class Anatomist:
             tests = [place.prepared(test) for test in tests]
         effects = {effect.name: effect for place in found.values() for effect in place.effects}
         broken = baseline.fit.evidence.broken
-        along = _directions(effects, tests[0])
-        predictor, model = self._predictor.rephrased(tests), baseline.curves.model
-        curves = predictor.linearise(model, effects, along=along)
+        curves = self._linearised(tests, baseline.curves.model, effects)
         evidence = self._evidence(curves, effects, broken)
         nothing = dataclasses.replace(evidence, suspects={})
         without = log_evidence(nothing, (), fit_scatter(nothing))
@@ -247,12 +244,21 @@ class Anatomist:
             wanted = dataclasses.replace(model, log_factors=model.log_factors + share * step)
             try:
                 tests = [place.apply(test, there) for test in self._tests]
-                predictor, along = self._predictor.rephrased(tests), _directions(effects, tests[0])
-                return predictor.linearise(wanted, effects, smooth=True, along=along), there
+                return self._linearised(tests, wanted, effects, smooth=True), there
             except SpecificationError:
                 share /= 2.0
                 if share < SHORTEST:
                     return curves, here
+
+    def _linearised(
+        self,
+        tests: Sequence[BendingTest],
+        model: Model,
+        effects: Mapping[str, Effect],
+        smooth: bool = False,
+    ) -> Linearised:
+        along = directions_of(effects, tests[0])
+        return self._predictor.rephrased(tests).linearise(model, effects, smooth, along=along)
 
     def _evidence(
         self, curves: Linearised, effects: Mapping[str, Effect], broken: frozenset[int]
@@ -260,21 +266,6 @@ class Anatomist:
         fit_sd = self._dataset.layout.fit_sd
         evidence = linear_evidence(curves, self._observed, effects, fit_sd)
         return dataclasses.replace(evidence, broken=broken)
-
-
-def _directions(effects: Mapping[str, Effect], test: BendingTest) -> dict[str, Direction]:
-    """Return the directions of the effects that change more than the machine and all moduli alike.
-
-    Coefficients change numbers in proportion, by which one simulation can be differentiated.
-    """
-    before, found = numbers(normalised(test)[0]), {}
-    for name, effect in effects.items():
-        after = numbers(normalised(effect.apply(test, effect.typical))[0])
-        changed = {path: (after[path] - before[path]) / effect.typical for path in before}
-        changed = {path: rate for path, rate in changed.items() if rate != 0.0}
-        if changed:
-            found[name] = Direction(name, tuple(changed), tuple(changed.values()))
-    return found
 
 
 def _signatures(place: Place, evidence: Evidence) -> Array:
