@@ -18,13 +18,12 @@ STEP = 0.05
 def degrees_of_freedom(fit: Fit, variances: Callable[[Fit], Array]) -> Array:
     """Return the degrees of freedom of Student's distribution for several estimates, shape (g,).
 
-    The variance V of an estimate follows from standard deviations of which the specimens tell the
-    fewer, the more coefficients are fitted to differences between them. Over its degrees of freedom
-    k, a chi-square variable has the relative variance that V has if ``k = 2 V^2 / var(V)``
-    (Satterthwaite 1946, Biometrics Bulletin 2, 110-114; for mixed models: Fai and Cornelius 1996,
-    Journal of Statistical Computation and Simulation 54, 363-378). At most one fewer than there are
-    specimens are counted, because the errors of points of one curve are alike in more ways than the
-    statistical model knows.
+    The variance V of an estimate depends on standard deviations that are estimated from differences
+    between specimens, and the more coefficients are fitted to these differences, the less certain V
+    is. A chi-square variable with k degrees of freedom has the relative variance of V if
+    ``k = 2 V^2 / var(V)`` (Satterthwaite 1946, Biometrics Bulletin 2, 110-114; for mixed models: Fai
+    and Cornelius 1996, Journal of Statistical Computation and Simulation 54, 363-378). The result
+    is at most one fewer than there are specimens, as for other intervals (`Fit.samples`).
 
     Parameters
     ----------
