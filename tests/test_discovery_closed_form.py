@@ -310,11 +310,11 @@ def test_what_makes_stalks_jump_is_refused_with_the_reason(
     linearise = Predictor.linearise
 
     def jumping(
-        self: Predictor, model: Model, suspects: Any, smooth: bool = False, roughly: bool = False
+        self: Predictor, model: Model, suspects: Any, smooth: bool = False, **rest: Any
     ) -> Linearised:
         if smooth and SPAN.name in model.effects:
             raise rf.SpecificationError("displacement_mm", 7.0, "must be passed without a jump")
-        return linearise(self, model, suspects, smooth, roughly)
+        return linearise(self, model, suspects, smooth, **rest)
 
     monkeypatch.setattr(Predictor, "linearise", jumping)
     make_dataset(tmp_path, Secret(SPAN, -8.0), 28, Formula())

@@ -21,9 +21,9 @@ def degrees_of_freedom(fit: Fit, variances: Callable[[Fit], Array]) -> Array:
     The variance V of an estimate depends on standard deviations that are estimated from differences
     between specimens, and the more coefficients are fitted to these differences, the less certain V
     is. A chi-square variable with k degrees of freedom has the relative variance of V if
-    ``k = 2 V^2 / var(V)`` (Satterthwaite 1946, Biometrics Bulletin 2, 110-114; for mixed models: Fai
-    and Cornelius 1996, Journal of Statistical Computation and Simulation 54, 363-378). The result
-    is at most one fewer than there are specimens, as for other intervals (`Fit.samples`).
+    ``k = 2 V^2 / var(V)`` (Satterthwaite 1946, Biometrics Bulletin 2, 110-114; for mixed models:
+    Fai and Cornelius 1996, Journal of Statistical Computation and Simulation 54, 363-378). The
+    result is at most one fewer than there are specimens, as for other intervals (`Fit.samples`).
 
     Parameters
     ----------
