@@ -126,19 +126,21 @@ def held(found: dict[str, Any]) -> float:
 
 
 def picture(found: list[dict[str, Any]]) -> Figure:
-    """Draw the hidden functions beside the learned ones."""
+    """Draw what is hidden beside what is learned, beyond the baseline's own functions."""
     with mpl.rc_context(STYLE | {"font.size": 8.0}):
         figure = Figure(figsize=(8.2, 2.7 * -(-len(found) // 3)), layout="constrained")
         grid = figure.subplots(-(-len(found) // 3), 3, squeeze=False).ravel()
         for axes, one in zip(grid, found, strict=False):
-            at, mean, half = (np.array(one[key]) for key in ("at", "learned", "half"))
+            at, baseline, half = (np.array(one[key]) for key in ("at", "baseline", "half"))
+            mean, truth = (np.array(one[key]) - baseline for key in ("learned", "truth"))
             axes.fill_between(at, mean - half, mean + half, color=VERMILION, alpha=0.25, lw=0)
             axes.plot(at, mean, color=VERMILION, label="learned, with 95 % band")
-            axes.plot(at, one["truth"], "--", color=BLUE, label="hidden")
-            axes.plot(at, one["baseline"], color=GREY, lw=0.8, label="baseline")
+            axes.plot(at, truth, "--", color=BLUE, label="hidden")
+            axes.axhline(0.0, color=GREY, lw=0.8)
             axes.set_title(f"{one['hidden'].replace('_', ' ')} {_amplitude(one)}", fontsize=8)
             axes.set_xlabel(one["x"])
-            axes.set_ylabel(one["y"].replace(", ", ",\n", 1))
+            label = f"Added {one['y'][0].lower()}{one['y'][1:]}"
+            axes.set_ylabel(label.replace(", ", ",\n", 1))
         for axes in grid[len(found) :]:
             axes.set_axis_off()
         grid[0].legend(fontsize=7, frameon=False)
