@@ -2,7 +2,7 @@
 
     ./run python benchmarks/anatomy.py [--cases N]
 
-Takes a quarter of an hour to an hour for each of eight cases on two cores. Keeps finished cases in
+Takes a quarter of an hour for each of eight cases on two cores. Keeps finished cases in
 `records/anatomy.json`, and writes `docs/discovery_anatomy.md` with its picture.
 """
 

@@ -344,17 +344,20 @@ def test_slopes_by_standard_deviations_are_those_of_small_differences(broken):
 def test_coefficients_between_specimens_cost_degrees_of_freedom(coefficients: int) -> None:
     """One mean and c slopes of n specimens that differ by one factor leave n - 1 - c.
 
-    What is known beforehand of the factor's standard deviation counts for 0.35 more, half the
-    precision of its logarithm, and for a few tenths more or less where the two differ.
+    The prior of the factor's standard deviation, which is the estimated one here, counts for half
+    the precision of its logarithm.
     """
     number, rng = 12, np.random.default_rng(3)
+    left = number - 1.0 - coefficients
     one = np.tile(X, (number, 1))[:, None]
-    slopes = np.linalg.qr(np.vander(np.arange(number), coefficients + 1, increasing=True))[0][:, 1:]
-    noise = 1e-4 * rng.standard_normal((number, M))
-    own = rng.normal(0.0, OWN[0], (number, 1))
+    columns = np.linalg.qr(np.vander(np.arange(number), coefficients + 1, increasing=True))[0]
+    own = rng.standard_normal(number)
+    own -= columns @ (columns.T @ own)
+    own *= OWN[0] * left**0.5 / np.linalg.norm(own)
+    residual = own[:, None] * X + 1e-4 * rng.standard_normal((number, M))
     blocks = Blocks.of(tuple(map(str, range(number))), M)
-    differing = slopes[:, :, None] * X
-    found = Evidence(own * X + noise, one, one, differing, 1.0, blocks, learned=coefficients)
+    differing = columns[:, 1:, None] * X
+    found = Evidence(residual, one, one, differing, 1.0, blocks, learned=coefficients)
     fit = Fit(found, (), fit_scatter(found))
 
     def variances(fit: Fit) -> np.ndarray:
@@ -362,7 +365,7 @@ def test_coefficients_between_specimens_cost_degrees_of_freedom(coefficients: in
         return np.diagonal(covariance)[1:]
 
     freedom = degrees_of_freedom(fit, variances)
-    assert freedom == pytest.approx(number - 1.0 - coefficients + 0.35, abs=0.6)
+    assert freedom == pytest.approx(left + 0.5 / OWN[1] ** 2, abs=0.15)  # the noise is not nothing
 
 
 def test_factors_far_from_what_was_stated_are_a_conflict():
